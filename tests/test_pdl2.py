@@ -262,3 +262,24 @@ def test_a_constant_has_the_type_of_its_value() -> None:
     found = program("x := m", data="CONST\nm = 5\nr = 2.5\nt = 'a'\nf = TRUE\nVAR\nx : INTEGER")
     types = {d.name: d.type for d in (*found.data, *found.routines[0].body) if isinstance(d, Declare)}
     assert [types[name] for name in "mrtf"] == ["integer", "real", "string", "boolean"]
+
+
+def test_a_routine_changes_the_variable_that_it_is_handed() -> None:
+    """By reference, but not one in brackets, of which no copy is made here: it is told."""
+    rows = (
+        "ROUTINE up(k, l : INTEGER)",
+        "BEGIN",
+        "  k := k + l",
+        "END up",
+        "BEGIN",
+        "  n := 1",
+        "  up(n, 1)",
+    )
+    text = "\n".join(
+        ["PROGRAM z", "VAR n : INTEGER", *rows, "  IF n = 2 THEN", "    DELAY 100", "  ENDIF", "END z"]
+    )
+    found = read_source(decode(f"{text}\n".encode(), "z.pdl"))
+    assert [one.by_reference for routine in found.routines for one in routine.parameters] == [True, False]
+    assert [step.duration for step in found.plan().steps()] == pytest.approx([0.1])
+    found = read_source(decode(text.replace("up(n, 1)", "up((n), 1)").encode(), "z.pdl"))
+    assert any("brackets" in d.message for d in found.diagnostics)

@@ -3607,3 +3607,15 @@ def test_jumps_that_ask_an_input_again_and_again_are_a_wait_for_it(rows, target)
 def test_jumps_of_inform_that_ask_an_input_are_a_wait_for_it():
     rows = ("*L", "JUMP *L IF IN#(1)=OFF", "*M", "TIMER T=0.10", "JUMP *M IF IN#(2)=OFF", "DOUT OT#(1) ON")
     assert not objections(inform(*rows), "inform", "urscript")
+
+
+def test_no_loop_of_tp_counts_to_a_fraction_that_is_written_out():
+    """Constants of FOR are whole there; ENDFOR would go on while 3 is less than 3.5, as no other language does."""
+    program = read_source(decode(tp("FOR R[1]=1 TO 3.5", "DO[1]=ON", "ENDFOR").encode(), "PART.LS"))
+    assert [d.line for d in program.diagnostics if d.is_error] == [6]
+    text = ".PROGRAM part()\nFOR k = 1 TO 3.5\nSIGNAL 1\nEND\nFOR k = 1 TO 3\nSIGNAL 2\nEND\n.END\n"
+    made = translated(text, "as", "tp")
+    assert "3.5" in made
+    assert re.search(r"FOR R.*=1 TO 3 ;", made)
+    assert not re.search(r"FOR .*3\.5", made)
+    assert not objections(text, "as", "tp")

@@ -373,6 +373,7 @@ class _Target:
         assert isinstance(head, st.For)
         step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
         step_fits = step_fits and not (limits.for_counts_whole and self._counts_fractions(head))
+        step_fits = step_fits and not (limits.for_bounds_whole and counts_fractions(head))
         there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
         other_end = there.for_declares or there.for_keeps_last is not keeps_last
         changed = _names_changed(block)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity
 from olp.core.source import Source
 from olp.ir import program as st
-from olp.ir.expressions import Expression, Named, Number, SignalState, Text, Unknown
+from olp.ir.expressions import CallValue, Expression, Item, Member, Named, Number, SignalState, Text, Unknown
 from olp.ir.points import PointTable
+from olp.ir.transformer import expressions_of
 from olp.languages.findings import Findings
 from olp.languages.short_reader import (
     Codes,
@@ -326,7 +327,7 @@ class _Pdl2File:
             part.line,
             body,
             PointTable(),
-            parameters=part.parameters,
+            parameters=_changed(part.parameters, body),
             returns=returns,
             last_line=part.last,
         )
@@ -389,6 +390,33 @@ def _type_of(value: Expression) -> str:
     if isinstance(value, Number):
         return "integer" if isinstance(value.value, int) else "real"
     return "string" if isinstance(value, Text) else "boolean"
+
+
+def _changed(parameters: tuple[st.Parameter, ...], body: Sequence[st.Statement]) -> tuple[st.Parameter, ...]:
+    """Parameters, by reference those that the routine sets or hands on.
+
+    A variable is handed over by reference, a constant, an expression or a variable in brackets by value (PDL2
+    Programming Language Manual, Passing Arguments).
+    """
+    changed: set[str] = set()
+    for s in body:
+        places: list[Expression | None] = []
+        if isinstance(s, (st.Assign, st.Update, st.Clear, st.ReadInput)):
+            places.append(s.target)
+        elif isinstance(s, st.For):
+            places.append(s.variable)
+        elif isinstance(s, st.Call):
+            places += s.arguments
+        places += [a for e in expressions_of(s) if isinstance(e, CallValue) for a in e.arguments]
+        for place in places:
+            while isinstance(place, (Item, Member)):
+                place = place.base
+            if isinstance(place, Named):
+                changed.add(place.name.casefold())
+    return tuple(
+        replace(one, by_reference=one.by_reference or (not one.optional and one.name.casefold() in changed))
+        for one in parameters
+    )
 
 
 def _parameters(text: str, rules: Pdl2Rules) -> Iterator[st.Parameter]:

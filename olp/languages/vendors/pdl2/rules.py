@@ -69,7 +69,23 @@ class Pdl2Rules(BlockRules):
         self.fly_distance, self.overrides = fly_distance, overrides
         self.settled_by = (fly_distance, overrides)
 
+        self._enclosed: list[ex.Expression] = []  # values of this line that stand in brackets
+
     # --- values -----------------------------------------------------------------------------------------
+
+    def enclosed(self, children: list[Any]) -> ex.Expression:
+        value: ex.Expression = children[0]
+        self._enclosed.append(value)
+        return value
+
+    def _handed_over(self, arguments: tuple[ex.Expression, ...]) -> tuple[ex.Expression, ...]:
+        """Arguments of a call. A variable in brackets is handed over as a copy, which no statement here says."""
+        enclosed, self._enclosed = self._enclosed, []
+        for argument in arguments:
+            variable = isinstance(argument, (ex.Named, ex.Item, ex.Member))
+            if variable and any(argument is one for one in enclosed):
+                raise NotModelledError("it hands over a copy of a variable, which stands in brackets")
+        return arguments
 
     def value(self, children: list[Any]) -> ex.Expression:
         return self.conjunction(children)
@@ -124,7 +140,7 @@ class Pdl2Rules(BlockRules):
             return _CURRENT[word]
         if word in _FUNCTIONS:
             return ex.Function(_FUNCTIONS[word], arguments)
-        return ex.CallValue(self.spelled(name), arguments)
+        return ex.CallValue(self.spelled(name), self._handed_over(arguments))
 
     # --- moves ------------------------------------------------------------------------------------------
 
@@ -340,7 +356,7 @@ class Pdl2Rules(BlockRules):
         return st.StartTask(0, self.spelled(str(children[0])), str(children[0]))
 
     def call(self, children: list[Any]) -> st.Call:
-        return st.Call(0, self.spelled(str(children[0])), tuple(children[1] or ()))
+        return st.Call(0, self.spelled(str(children[0])), self._handed_over(tuple(children[1] or ())))
 
 
 def _travel(value: ex.Expression) -> st.Speed:

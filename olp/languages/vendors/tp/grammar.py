@@ -16,6 +16,11 @@ from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.moves import TpMoveRules
 
 
+def _is_bound(value: float) -> bool:
+    """Whether a number may be written out in FOR (FANUC's operator's manual, FOR/ENDFOR instructions)."""
+    return float(value).is_integer() and -32767 <= value <= 32766
+
+
 class TpParser(Grammar):
     """Parses one instruction at a time."""
 
@@ -186,6 +191,12 @@ class TpInstructionRules(TpMoveRules, BlockWords):
             raise BrokenLineError(
                 "FOR counts something that is no register", wanted="a register, as in FOR R[1]=1 TO 5"
             )
+        for bound in (start, stop):
+            if isinstance(bound, ex.Number) and not _is_bound(bound.value):
+                raise BrokenLineError(
+                    f"FOR counts from or to {bound.value}",
+                    wanted="a whole number from -32767 to 32766, or a register that holds the other number",
+                )
         return st.For(0, variable, start, stop, ex.Number(-1) if word == "DOWNTO" else None)
 
     # --- the rest ---------------------------------------------------------------------------------------

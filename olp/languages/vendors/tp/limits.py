@@ -67,6 +67,7 @@ LIMITS: Final = Limits(
     external_axes=3,
     has_elseif=False,
     for_step_is_one=True,
+    for_bounds_whole=True,
     speed_steps={SpeedUnit.FRACTION: percent},
     acceleration_step=percent,
     joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
