@@ -210,3 +210,11 @@ def test_an_array_whose_elements_are_read_elsewhere_stays_one(old: str, new: str
     plan, wanted = run_elsewhere(text, "rapid", "tp"), read_source(decode(text.encode(), "M.mod")).plan(ROBOT)
     heights, right = (one.positions.position[one.moves.target, 2] for one in (plan, wanted))
     np.testing.assert_allclose(heights, right, atol=1e-6)
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_an_element_of_a_table_of_unknown_size_is_called_that(target: str) -> None:
+    """It was "a computed position (compute it into a position register first)"."""
+    text = ".PROGRAM draw(.&p[,])\nLMOVE .p[1,2]\n.END\n"
+    says = [loss.says for loss in converted(text, "as", target).translated.losses if loss.leaves_out]
+    assert says == ["nothing tells how many elements .p has"]

@@ -349,6 +349,8 @@ def _wrong(symbols: Symbols, routine: str, e: ex.Item, numbered: bool) -> str:
         None if _is_register(symbols, index) else symbols.fixed_value(routine, index) for index in e.indices
     ]
     if sizes is None or not all(sizes):
+        if numbered and len(e.indices) > 1:  # which no row of variables has
+            return f"nothing tells how many elements {symbol.name} has"
         unknown = numbered and not all(isinstance(value, ex.Number) for value in values)
         return (
             f"nothing tells how many elements {symbol.name} has, and the index is computed" if unknown else ""
