@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis import diagnose, simulation_laws
-from olp.identification.diagnosis.case_making import _ends
+from olp.identification.diagnosis.case_making import _ends, _read_off
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recorded_plan import case_of
@@ -252,6 +252,42 @@ def test_accelerations_of_a_simulation_are_told_where_every_move_meets_a_rounded
     case = case_of(recorded(tmp_path, made, sim, sim, rng, ("accel_mm_s2",))).case
     assert case.base.accelerate == pytest.approx(A, rel=0.05)
     assert np.abs(case.base.duration() - sim).mean() < 5e-3
+
+
+def in_cycles(rng, cycles=24):
+    """Down and up over always the same way between exact stops, the ways there and back with rounded ends."""
+    made = programmed(moves=4 * cycles)[0]
+    made.end[0::4] = made.start[0::4] + np.array([0.0, 0.0, -0.3])
+    made.start[1::4], made.end[1::4] = made.end[0::4], made.end[0::4] + np.array([0.0, 0.0, 0.4])
+    made.start[2::4] = made.end[1::4]
+    made.end[2::4], made.start[3::4] = made.start[3::4], made.end[2::4]
+    made.end[3:-1:4], made.end[-1] = made.start[4::4], made.start[0]
+    made.stop = np.isin(np.arange(4 * cycles) % 4, (0, 3))
+    made.speed, made.blend = rng.choice([0.3, 0.4, 0.5], 4 * cycles), np.where(made.stop, 0.0, 0.02)
+    made.speed[0::4] = 0.4
+    return made
+
+
+@pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
+@pytest.mark.parametrize("beside", ["stop", "build"])
+def test_times_beside_ramps_are_told_by_rounded_corners_where_all_moves_between_stops_are_alike(
+    beside, drop, tmp_path
+):
+    made, time = in_cycles(np.random.default_rng(3)), 0.05
+    sim = driven(made) - braked(made) + np.where(made.stop | (beside == "build"), time, 0.0)
+    case = case_of(recorded(tmp_path, made, sim, sim, np.random.default_rng(1), drop)).case
+    assert case.base.accelerate == pytest.approx(A, rel=0.02)
+    assert np.abs(case.base.duration() - sim).mean() < 5e-4
+
+
+def test_speeds_of_axes_are_told_by_how_times_grow_with_the_way_where_ends_go_with_the_speed():
+    """Moves at 100 % end in a stop that takes 50 ms, those at 80 % in a corner: no ramp is both."""
+    rng = np.random.default_rng(2)
+    lead, fast = rng.uniform(0.8, 1.6, 40), np.arange(40) % 2
+    share = np.where(fast, 1.0, 0.8)
+    sim = lead / (share * 0.7) + share * 0.7 / 8.0 + 0.05 * fast
+    speed, _ = _read_off(lead, share, sim, fast)
+    assert speed == pytest.approx(share * 0.7, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bench.fourth_author.cases import generate
+from bench.fourth_author.cases import Hidden, _numbered, generate
 from bench.fourth_author.motion import World, ramped, seconds
 from bench.fourth_author.programs import write_program
 from bench.fourth_author.robots import all_arms
@@ -34,6 +34,13 @@ def test_a_seed_makes_the_same_cases_and_olp_judges_their_moves(folder, tmp_path
         assert len(case) > 40
         row = judge(json.loads(truth), {"findings": [], "verdict": "no-mismatch"})
         assert row["exact"] is (json.loads(truth)["family"] in ("nothing", "outside"))
+
+
+def test_a_jerk_beside_another_acceleration_is_what_both_make():
+    jerk, _ = _numbered(
+        [Hidden("jerk", {"ramp": 0.02}, {"jerk": 100.0}), Hidden("acceleration", {"accel": 1.3})]
+    )
+    assert jerk.numbers == {"jerk": pytest.approx(130.0)}
 
 
 def test_ramps_by_quadrature_take_what_olps_formulas_say():

@@ -405,7 +405,7 @@ def _hide(
             low, high = (middle, high) if _real(s, [first, tuned]).sum() > simulated.sum() else (low, middle)
         if not 0.6 < middle < 3:
             raise _AgainError
-        return [first, tuned], _real(s, [first, tuned]), 1.0, "cancelled"
+        return _numbered([first, tuned]), _real(s, [first, tuned]), 1.0, "cancelled"
     names = list(EFFECTS)
     first = _drawn(s, str(rng.choice(names)), noise, simulated)
     effects = [first]
@@ -413,7 +413,17 @@ def _hide(
         others = [n for n in names if n != first.term and n != "cycle-quantisation"]
         effects.append(_drawn(s, str(rng.choice(others)), noise, simulated))
         effects.sort(key=lambda h: h.only is None)
-    return effects, _real(s, effects), 1.0, ""
+    return _numbered(effects), _real(s, effects), 1.0, ""
+
+
+def _numbered(effects: list[Hidden]) -> list[Hidden]:
+    """The effects with the numbers that they have together: an acceleration that is another one builds up in the same
+    time, so that its jerk is, too."""
+    scale = float(np.prod([h.change.get("accel", 1.0) for h in effects]))
+    for h in effects:
+        if "jerk" in h.numbers:
+            h.numbers["jerk"] *= scale
+    return effects
 
 
 def _drawn(

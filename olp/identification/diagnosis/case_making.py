@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,11 +20,13 @@ from olp.identification.diagnosis.simulation_laws import (
     FEWEST,
     SOME_ROUNDING,
     SimulatedRamps,
+    as_long_as,
     cornered,
     inferred,
     limited,
     ramp_at_corners,
     ramps_beside,
+    ramps_by_corners,
     ramps_of,
     trapezoid,
     tuned,
@@ -52,6 +55,8 @@ _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goe
 _FEW = 0.5  # of the moves: fewer that cannot be judged are left out, more are judged with a note
 _COUNTED = 0.5  # of the moves have the number after the last one's: numbers count moves
 _STRAIGHT_ON = 1e3  # times the rounding: a corner with an arc of that radius is none
+_CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners is its own
+_NEARER = 0.25  # times what a plainer law of ramps is off: so near another one has to come
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
 
@@ -343,9 +348,12 @@ def _joint_pace(
     if axes is not None:
         return axes.speed, axes.acceleration
     speed, ramp = np.full(len(moves), np.nan), np.full(len(moves), np.nan)
+    unknown = np.full(len(moves), np.nan)
+    start, end, _ = _ends(moves, unknown, unknown)
+    alike = np.unique(np.stack([share, start, end]), axis=1, return_inverse=True)[1].ravel()
     for number in np.unique(axis[joint]).tolist():
         here = joint & (axis == number)
-        speed[here], ramp[here] = _read_off(lead[here], share[here], moves.sim[here])
+        speed[here], ramp[here] = _read_off(lead[here], share[here], moves.sim[here], alike[here])
     return speed, ramp
 
 
@@ -364,17 +372,41 @@ def _rated_ramps(
     return tuple(np.where(joint, ramps, np.nan) for ramps in (own, together))
 
 
-def _read_off(lead: Floats, share: Floats, sim: Floats) -> tuple[Floats, Floats]:
-    """Speed and acceleration from sim = lead/(p V) + p V/a; a plain guess where the moves are too few or alike."""
+def _read_off(lead: Floats, share: Floats, sim: Floats, alike: Rows) -> tuple[Floats, Floats]:
+    """Speed and acceleration from sim = lead/(p V) + p V/a, or, where that is off by more than digits and it is not,
+    from sim = lead/(p V) + what moves that are `alike` (n,) in p and their ends have in common; a plain guess where the
+    moves are too few or alike."""
     good = np.isfinite(sim) & (lead > 0)
     columns = np.stack([lead / share, share], axis=1)[good]
+    slow, ramp, off = 0.0, 0.0, math.inf
     if len(columns) >= 4 and np.linalg.cond(columns / np.linalg.norm(columns, axis=0)) < 50:
         (slow, ramp), *_ = np.linalg.lstsq(columns, sim[good], rcond=None)
-        if slow > 0 and ramp > 0:
-            return share / slow, np.full(len(lead), 1.0 / (slow * ramp))
+        off = (
+            float(np.sqrt(np.mean((columns @ (slow, ramp) - sim[good]) ** 2)))
+            if slow > 0 and ramp > 0
+            else off
+        )
+    if off > _CORNERS_RIGHT and good.any():
+        way, time = _from_the_mean(columns[:, 0], alike[good]), _from_the_mean(sim[good], alike[good])
+        one = float(way @ time) / max(float(way @ way), 1e-12)
+        within = float(np.sqrt(np.mean((one * way - time) ** 2)))
+        if (
+            len(np.unique(np.round(way, 4))) > _FOR_EACH + len(np.unique(alike[good]))
+            and within < _CORNERS_RIGHT
+        ):
+            over = np.maximum(sim - one * lead / share, _JOINT_RAMP * one * lead / share * 1e-3)
+            return share / one, share / one / over
+    if math.isfinite(off):
+        return share / slow, np.full(len(lead), 1.0 / (slow * ramp))
     cruise = np.maximum((1.0 - _JOINT_RAMP) * sim, 1e-6)
     speed = lead / cruise
     return speed, speed / np.maximum(_JOINT_RAMP * sim, 1e-6)
+
+
+def _from_the_mean(values: Floats, alike: Rows) -> Floats:
+    """(n,) from the mean of those that are `alike` (n,)."""
+    labels = np.unique(alike, return_inverse=True)[1]
+    return np.asarray(values - (np.bincount(labels, values) / np.bincount(labels))[labels])
 
 
 def _arcs(moves: RecordedMoves) -> Floats:
@@ -423,12 +455,55 @@ def _base(
     slow[~moving] = 1.0
     joint = moves.kind[rows] == JOINT
     plain = start & end & moving & ~joint
-    faster, stronger = tuned(way, speed, slow, sim, plain)
-    straight, turning = SimulatedRamps(), SimulatedRamps()  # laws of straight moves and of joint moves
+    laws = [SimulatedRamps()]
     if not judged.own:
         # Where the simulation stops at every corner, all moves tell its law.
-        laws = (ramps_of(way, speed, slow, sim, asked) for asked in (moving & ~joint, plain))
-        straight = turning = next((law for law in laws if law is not None), SimulatedRamps())
+        asked = (moving & ~joint, plain)
+        told = (ramps_of(way, speed, slow, sim, some) for some in asked)
+        laws = [next((law for law in told if law is not None), SimulatedRamps())]
+        if not laws[0].told:
+            ends = np.stack(
+                [np.where(s, 0.0, b[rows]) for s, b in zip((start, end), blends, strict=True)], axis=1
+            )
+            laws += ramps_by_corners(way, speed, slow, sim, plain, moving & ~joint, ends)
+    whole = partial(_by_law, moves, rows, pace, judged, stops, blends, before, resolution)
+    best = whole(laws[0])
+    if len(laws) > 1 and best.off > _CORNERS_RIGHT:
+        other = min(map(whole, laws[1:]), key=lambda made: made.off)
+        best = other if other.off < _NEARER * best.off else best
+    notes.extend(best.notes)
+    return best.motion, best.stretch
+
+
+class _Simulated(NamedTuple):
+    """The motion behind simulated durations."""
+
+    motion: Motion
+    stretch: float  # [1] durations over what is written takes
+    off: float  # [s] mean distance of lines with rounded corners from the simulation
+    notes: tuple[str, ...]
+
+
+def _by_law(
+    moves: RecordedMoves,
+    rows: Rows,
+    pace: _Pace,
+    judged: JudgedTimes,
+    stops: tuple[Mask, Mask],
+    blends: tuple[Floats, Floats],
+    before: Rows,
+    resolution: float,
+    straight: SimulatedRamps,
+) -> _Simulated:
+    """With a law of the ramps of straight moves."""
+    way, speed, added = pace.way[rows], pace.speed[rows], judged.stop[rows]
+    sim, notes = judged.duration[rows] - added, list[str]()
+    start, end = stops[0][rows], stops[1][rows]
+    moving, joint = moves.kind[rows] != WAIT, moves.kind[rows] == JOINT
+    slow = np.where(moving, pace.acceleration[rows], 1.0)
+    plain = start & end & moving & ~joint
+    faster, stronger = tuned(way, speed, slow, sim, plain)
+    turning = straight  # the law of joint moves
     if straight.told:
         faster, stronger = 1.0, straight.stronger
         slow = np.where(np.isfinite(slow) | joint, slow, 1.0)
@@ -471,8 +546,17 @@ def _base(
     corners = _corners(moves, pace, rows, before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
-    found = cornered(whole.with_(corners=corners), sim)
-    return found.with_(added=added + stopped), 1.0 / faster if stretched else 1.0
+    rounded = lines & ~(start & end)
+    # What no move between stops tells of joint moves, the law of the lines' corners does.
+    unknown = joint & missing & ~(joint & start & end).any() & (rounded.sum() >= FEWEST)
+    found = cornered(whole.with_(corners=corners), sim, ~unknown)
+    if unknown.any():
+        slow = np.where(unknown, as_long_as(found, sim), slow)
+        found = found.with_(accelerate=slow, decelerate=slow)
+    off = float(np.mean(np.abs(found.duration() - sim)[rounded])) if rounded.any() else 0.0
+    return _Simulated(
+        found.with_(added=added + stopped), 1.0 / faster if stretched else 1.0, off, tuple(notes)
+    )
 
 
 def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, plain: Mask) -> SimulatedRamps:

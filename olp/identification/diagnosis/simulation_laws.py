@@ -27,6 +27,7 @@ SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
 _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
 _SPLITS = (1.0, 0.5, 0.0)  # of what a corner saves, to the move before it
 _REACHES = (0.5, 0.45, 1 / 3, 0.25, 1.0)  # of the shorter move
+_REACHES_BETWEEN = (0.2, 0.3, 0.35, 0.4, 0.6, 0.7, 0.8, 0.9)
 _OVERLAPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.25, 1.5, 2.0)
 _WALKED = 4  # steps of one length: a law that is none may come nearer for ever
 _DIGITS = 2e-4  # [s] nearer than that, a simulation stops at every corner
@@ -35,11 +36,13 @@ _RAMPS = (0.1, 50.0)  # [m/s²] accelerations of lines, from the slowest to the 
 _RAMP_GRID, _RAMP_STEPS = 24, 14  # accelerations that are tried, and halvings' worth about the best
 _LAWS_REFINED = 4  # laws of corners that come nearest
 _LOOKED_AT = 60  # moves by which they are compared
+_BISECTIONS = 40  # of the logarithm of an acceleration
 
 
-def cornered(motion: Motion, sim: Floats) -> Motion:
-    """`motion` with law, overlap, split and reach from the simulated durations `sim` (n,) [s]."""
-    rounded = (motion.round_start > 0) | (motion.round_end > 0)
+def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
+    """`motion` with law, overlap, split and reach from the simulated durations `sim` (n,) [s] of the moves `told` (n,),
+    whose ramps are known."""
+    rounded = told & ((motion.round_start > 0) | (motion.round_end > 0))
     if not rounded.any() or _off(motion, sim, rounded) < _DIGITS:
         return motion.with_(law="stop")
     best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
@@ -47,7 +50,31 @@ def cornered(motion: Motion, sim: Floats) -> Motion:
         overlap, off = _nearest(tried, sim, rounded)
         if off < least:
             best, least = tried.with_(overlap=overlap), off
+    return best if best.law == "stop" or least < _DIGITS else _at_its_reach(best, sim, rounded, least)
+
+
+def _at_its_reach(motion: Motion, sim: Floats, rounded: Mask, least: float) -> Motion:
+    """The law with the reach, between those that are tried first, that comes nearest; `least` [s]: what it is off."""
+    best = motion
+    for reach in _REACHES_BETWEEN:
+        tried = motion.with_(reach=reach)
+        if _off(tried, sim, rounded) < least:
+            overlap, off = _nearest(tried, sim, rounded)
+            best, least = (tried.with_(overlap=overlap), off) if off < least else (best, least)
     return best
+
+
+def as_long_as(motion: Motion, sim: Floats) -> Floats:
+    """(n,) [m/s²] with which each of the moves takes the simulated time `sim` (n,) [s], where corners save what the law
+    of `motion` says; that of `motion` where none does."""
+    low, high = np.full(len(sim), math.log(_RAMPS[0])), np.full(len(sim), math.log(_RAMPS[1]))
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        slow = np.exp(middle)
+        longer = motion.with_(accelerate=slow, decelerate=slow).duration() > sim
+        low, high = np.where(longer, middle, low), np.where(longer, high, middle)
+    inside = (low > math.log(_RAMPS[0])) & (high < math.log(_RAMPS[1]))
+    return np.where(inside, np.exp(0.5 * (low + high)), motion.accelerate)
 
 
 def _families(motion: Motion) -> list[Motion]:
@@ -369,6 +396,79 @@ def ramps_beside(way: Floats, speed: Floats, slow: Floats, sim: Floats, beside: 
     return min(
         laws, key=lambda law: float(np.quantile(np.abs(law.seconds(way, speed, slow) - sim), _SHARES[0]))
     )
+
+
+_LIKELY_LAWS = 3  # the plainest first
+_TIMES_BESIDE, _GOLDEN = (
+    32,
+    24,
+)  # times beside ramps that are tried, and steps of a golden section about the best
+
+
+def ramps_by_corners(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask, lines: Mask, ends: Floats
+) -> list[SimulatedRamps]:
+    """Of each law with one time beside constant accelerations the nearest one, where the moves between stops, `plain`
+    (n,), are of too few kinds to tell a ramp from a time beside it. Only a law of corners that fits tells which is it.
+
+    What a rounded corner saves is the same in `lines` (n,) with the same roundings at their `ends` (n, 2) [m], as long
+    as they brake there: a law is right if these are all off by one time, and those between stops by none.
+    """
+    good = lines & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
+    plain = (plain & good)[good]
+    written = bool(np.isfinite(slow[good]).all())
+    way, speed, sim, slow = (
+        way[good],
+        speed[good],
+        sim[good],
+        slow[good] if written else np.ones(int(good.sum())),
+    )
+    digit = _digit(sim)
+    if (
+        not plain.any()
+        or plain.all()
+        or digit > _COARSEST
+        or _kinds(way[plain], speed[plain], slow[plain]) >= _TOLD_BY
+    ):
+        return []
+    alike = np.unique(np.round(ends[good], 6), axis=0, return_inverse=True)[1].ravel()
+    classes = [alike == one for one in np.unique(alike[~plain]).tolist()]
+    most = float(np.median((sim - way / speed)[plain]))
+
+    def law(name: str, beside: float) -> SimulatedRamps:
+        stop = beside if name == "stop" else 0.0
+        one = SimulatedRamps(**{name: beside})
+        if written:
+            return one
+        own = one.slow(way[plain], speed[plain], sim[plain] - stop)[0] / slow[plain]
+        return one._replace(stronger=float(np.nanmedian(own)) if np.isfinite(own).any() else 1.0)
+
+    def off(tried: SimulatedRamps) -> float:
+        left = sim - tried.seconds(way, speed, tried.stronger * slow)
+        for one in classes:
+            left[one] -= np.median(left[one])
+        return float(np.quantile(np.abs(left), _SHARES[0]))
+
+    found = list[tuple[float, SimulatedRamps]]()
+    for (name,) in (names for names in _LAWS if len(names) == 1):
+        beside = _nearest_time(lambda time, n=name: off(law(n, time)), most)  # type: ignore[misc]
+        if beside >= _LEAST_BESIDE:
+            found.append((off(law(name, beside)), law(name, beside)))
+    near = max(_AS_NEAR * min((misfit for misfit, _ in found), default=0.0), _DIGIT * digit, _LEAST)
+    return [one for misfit, one in found if misfit <= near][:_LIKELY_LAWS]
+
+
+def _nearest_time(off: Callable[[float], float], most: float) -> float:
+    """[s] at which `off` is least, up to `most`: by a grid and a golden section about its best place."""
+    if most <= _LEAST_BESIDE:
+        return 0.0
+    grid = np.geomspace(_LEAST_BESIDE, most, _TIMES_BESIDE)
+    at = int(np.argmin([off(time) for time in grid.tolist()]))
+    low, high = float(grid[max(at - 1, 0)]), float(grid[min(at + 1, len(grid) - 1)])
+    for _ in range(_GOLDEN):
+        one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
+        low, high = (low, two) if off(one) <= off(two) else (one, high)
+    return 0.5 * (low + high)
 
 
 def _kinds(*columns: Floats) -> int:
