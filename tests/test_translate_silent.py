@@ -3619,3 +3619,13 @@ def test_no_loop_of_tp_counts_to_a_fraction_that_is_written_out():
     assert re.search(r"FOR R.*=1 TO 3 ;", made)
     assert not re.search(r"FOR .*3\.5", made)
     assert not objections(text, "as", "tp")
+
+
+@pytest.mark.parametrize(("angle", "told"), [(0, False), (15, True)])
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_an_incremental_move_that_turns_the_tool_is_told(target, angle, told):
+    """How its angles add to those of the arm is in no manual at hand; LIN_REL was "exact"."""
+    positions = ((1, 0, 1, 900, 0, 500, 180, 0, 0), (3, 0, 1, 10, 20, 30, 0, 0, angle))
+    text = tp("J P[1] 50% FINE", "L P[3] 100mm/sec FINE INC", positions=positions)
+    found = [x for x in converted(text, "tp", target).translated.losses if "turns the tool" in x.says]
+    assert bool(found) is told

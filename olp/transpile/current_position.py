@@ -135,6 +135,10 @@ def read_here(s: st.Statement, system: System, last: System, work: TranslationCo
 # Some languages count a relative move from the target of the move before, however that one is passed, and some wait
 # before they read the position. The others would take a place somewhere on the way: the move before has to stop.
 
+_TURNING: Final = (
+    "an offset from the current position that turns the tool: taken to turn it about the axes of the frame, "
+    "which no manual at hand tells of both controllers"
+)
 _READ: Final = frozenset({"current-pose", "current-joints"})
 _STRAIGHT: Final = (
     BETWEEN
@@ -326,9 +330,17 @@ class _Relative:
             return [self._from_here(s)]
         if s.relative is not None and isinstance(s.targets[0], ex.Function) and s.targets[0].name == "joints":
             return self._joints_from_here(s, list(s.targets[0].arguments))
+        if s.relative is not None and self._turns(s.targets[0]) and s.relative.kind != "tool":
+            self.work.lose(s, Fate.APPROXIMATED, "orientation", _TURNING)
         if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
             return [self._offset(s)]
         return [s]
+
+    def _turns(self, offset: ex.Expression) -> bool:
+        """Whether an offset of another maker's program is known to turn the tool."""
+        own = self.work.source.vendor == self.work.target
+        by = None if own else self.symbols.fixed_position(self.name, offset)
+        return by is not None and by.kind == "pose" and any(_moved(by.values)[3:])
 
     def _axes(self, offset: ex.Expression) -> list[ex.Expression] | None:
         """What an offset in joint values adds to each axis; None for any other offset."""
