@@ -321,6 +321,20 @@ def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
     assert evidence.confirmed(alone, late, Noise(NOISE / 2), folds, shelf)[0].names == ("orientation-limit",)
 
 
+@pytest.mark.parametrize(
+    ("rate", "ramp", "key"), [(60.0, 6.0, "of its own, in two ramps"), (0.5, 4000.0, "of its own, at once")]
+)
+def test_a_turn_of_which_one_number_tells_nothing_has_the_form_without_it(rate, ramp, key):
+    made = case()
+    turn = np.where(np.arange(MOVES) % 9 == 4, np.random.default_rng(3).uniform(0.8, 1.6, MOVES), 0.02)
+    turned = replace(made, turn=turn, derived={})
+    own = part("orientation-limit", turned, rate, ramp, key="of its own")
+    late = replace(turned, measured=DurationModel((own,)).seconds(turned) + scatter(), derived={})
+    (told,) = name(late, Noise(NOISE / 2), Folds("", np.arange(MOVES) % 5), {}).fit.model.parts
+    assert (told.term.name, told.form.key) == ("orientation-limit", key)
+    assert told.values == pytest.approx([ramp if "ramps" in key else rate], rel=0.02)
+
+
 def _as_step(height, way):
     return 0.05 * (height > 1 / 3)
 

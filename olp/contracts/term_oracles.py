@@ -470,9 +470,14 @@ def orientation_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns
         with np.errstate(divide="ignore", invalid="ignore"):
             limit = np.where((turn > 1e-9) & (case.base.way > 0), values[0] * case.base.way / turn, np.inf)
         return {"speed": np.minimum(case.base.speed, limit)}
-    rate, ramp = values
-    peak = np.minimum(rate, np.sqrt(turn * ramp))
-    seconds = np.where(turn > 1e-6, turn / np.maximum(peak, 1e-12) + peak / ramp, 0.0)
+    if form.key == "of its own, at once":
+        seconds = turn / values[0]
+    elif form.key == "of its own, in two ramps":
+        seconds = 2.0 * np.sqrt(turn / values[0])
+    else:
+        rate, ramp = values
+        peak = np.minimum(rate, np.sqrt(turn * ramp))
+        seconds = np.where(turn > 1e-6, turn / np.maximum(peak, 1e-12) + peak / ramp, 0.0)
     return {"least": np.maximum(case.base.least, seconds)}
 
 

@@ -10,6 +10,8 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _TURN = 0.02  # [rad] that a few moves have to turn
+_OWN = "of its own"  # the key of a turn beside the travel, and what comes behind it:
+_AT_ONCE, _RAMPS = ", at once", ", in two ramps"  # without ramps, without a limit of the speed
 
 
 class OrientationLimit(MoveTerm):
@@ -32,7 +34,9 @@ class OrientationLimit(MoveTerm):
         ramp = TermParameter("acceleration", "rad/s^2", low, 400.0 * high, np.inf, True, "of the turn")
         return (
             Form("slows the path", (rate,), r"v \le \omega L / \theta"),
-            Form("of its own", (rate, ramp), r"T \ge \theta/\omega + \omega/\alpha"),
+            Form(_OWN, (rate, ramp), r"T \ge \theta/\omega + \omega/\alpha"),
+            Form(f"{_OWN}{_AT_ONCE}", (rate,), r"T \ge \theta/\omega"),
+            Form(f"{_OWN}{_RAMPS}", (ramp,), r"T \ge 2\sqrt{\theta/\alpha}"),
         )
 
     def lacks(self, case: MeasuredMoves) -> str:
@@ -42,6 +46,8 @@ class OrientationLimit(MoveTerm):
         turn = _turns(case)
         needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
         rates = limits_reached(needed)
+        if form.key.endswith(_RAMPS):
+            return limits_reached(4.0 * needed / np.maximum(case.simulated[turn > _TURN], 1e-3))[:, None]
         if len(form.parameters) == 1:
             return rates[:, None]
         return np.array([[rate, rate / time] for rate in rates for time in (0.1, 0.4)])
@@ -52,11 +58,18 @@ class OrientationLimit(MoveTerm):
             # Waits have no way, and keep a speed that can be divided by.
             slow = np.where(motion.way > 0, values[0] * motion.way / np.maximum(turn, 1e-9), np.inf)
             return motion.with_(speed=np.minimum(motion.speed, slow))
-        rate, ramp = values
-        whole = np.where(turn >= rate**2 / ramp, turn / rate + rate / ramp, 2.0 * np.sqrt(turn / ramp))
+        if form.key.endswith(_AT_ONCE):
+            whole = turn / values[0]
+        elif form.key.endswith(_RAMPS):
+            whole = 2.0 * np.sqrt(turn / values[0])
+        else:
+            rate, ramp = values
+            whole = np.where(turn >= rate**2 / ramp, turn / rate + rate / ramp, 2.0 * np.sqrt(turn / ramp))
         return motion.with_(least=np.maximum(motion.least, np.where(turn > 1e-6, whole, 0.0)))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
+        if form.key.endswith(_RAMPS):
+            return f"the limit of the tool's turning acceleration is {np.degrees(values[0]):.0f} deg/s²"
         return f"the limit of the tool's turning speed is {np.degrees(values[0]):.1f} deg/s"
 
 
