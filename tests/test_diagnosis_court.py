@@ -1179,6 +1179,18 @@ def test_waits_are_set_apart_where_a_name_under_a_condition_costs_more(gained, w
     assert late.sum() == waits
 
 
+@pytest.mark.parametrize(("early", "waits"), [(0.03, 8), (0.4, 0)])
+def test_moves_that_are_later_than_any_is_early_wait_beside_a_form_that_is_off(early, waits, tmp_path):
+    """What other names leave is to both sides; a scatter with tails is as early as it is late."""
+    rng = np.random.default_rng(6)
+    real = plain(6) + rng.normal(0.0, 0.003, COUNT)
+    chosen = rng.permutation(COUNT)
+    real[chosen[:8]] += rng.uniform(0.1, 0.35, 8)
+    real[chosen[8:14]] -= early
+    case = case_of(record(tmp_path / "r", real, 6)).case
+    assert late_moves(evaluate(DurationModel(), case, Noise(0.0003)), case, 0.0003).sum() == waits
+
+
 @pytest.mark.parametrize(("late", "named"), [((5, 90), ["external-wait"]), ((20, 21), []), ((20,), [])])
 def test_two_moves_wait_if_they_are_of_no_one_kind(late, named, tmp_path):
     """Two late moves that follow each other may be late for a reason of that place."""

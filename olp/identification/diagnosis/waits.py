@@ -35,7 +35,7 @@ _ROUNDS, _LEAST = (
     12,
     2.0,
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
-_ONE_SIDED = 5  # times as many late moves as early ones
+_ONE_SIDED = 5  # times as many late moves as early ones; or so many that are later than any is early
 _TAILS = (1.5, 2.5, 4.0, 8.0, 30.0)  # degrees of freedom of a scatter
 _DEALS = 8  # ways to hold moves out
 _CLEARLY = 4.0  # times the scatter: where waits are looked for at first
@@ -57,7 +57,12 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     far = least_far + _flaw(fitted, case)
     late, early = residual > far, residual < -far
     nothing = np.zeros(len(case), dtype=bool)
-    if late.sum() < _LATE or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
+    if late.sum() < _ONE_SIDED * early.sum():
+        # What the fit's own form leaves is to both sides, and no farther to one than to the other.
+        late = residual > np.maximum(far, -residual.min())
+        if late.sum() < _ONE_SIDED:
+            return nothing
+    if late.sum() < _LATE or late.mean() > _MOST:
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
     # Others that are as late may be so by the fit's own flaw, and then two of them are no waits, either.
