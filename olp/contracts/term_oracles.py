@@ -477,7 +477,8 @@ def orientation_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns
     else:
         rate, ramp = values
         peak = np.minimum(rate, np.sqrt(turn * ramp))
-        seconds = np.where(turn > 1e-6, turn / np.maximum(peak, 1e-12) + peak / ramp, 0.0)
+        seconds = turn / np.maximum(peak, 1e-12) + peak / ramp
+    seconds = np.where(turn > 1e-6, seconds, 0.0)  # angles are rounded
     return {"least": np.maximum(case.base.least, seconds)}
 
 

@@ -8,8 +8,7 @@ from typing import Final
 from olp.core.source import Source
 from olp.ir.program import Program
 from olp.languages.vendor import Conventions, Vendor, statements
-from olp.languages.vendors.val3.data import MEMBER_TYPES
-from olp.languages.vendors.val3.known_functions import REPLACEABLE
+from olp.languages.vendors.val3.known_functions import MEMBER_TYPES, REPLACEABLE
 
 _MARK: Final = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
 

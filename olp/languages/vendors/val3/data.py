@@ -18,20 +18,11 @@ from olp.core.source import Source, load
 from olp.ir.expressions import Expression, Function, Item, Named, Number, RecordLiteral, SignalState, Text
 from olp.ir.program import Declare
 from olp.languages.short_reader import array, joints, xyz_pose
+from olp.languages.vendors.val3.known_functions import JOINTS, MEMBER_TYPES, POSES
 
-POSES: Final = frozenset(("pointRx", "pointRs", "point", "trsf", "frame", "tool"))
-JOINTS: Final = frozenset(("jointRx", "jointRs", "joint"))
 WORLD, MIXED = "world[0]", "?"
 SIGNALS: Final = frozenset(("dio", "aio"))
 _TYPES: Final = {"num": "real", "bool": "boolean", "string": "string", "mdesc": "mdesc"}
-# Of members of a project's own types.
-MEMBER_TYPES: Final[Mapping[str, str]] = {
-    "num": "real",
-    "bool": "boolean",
-    "string": "string",
-    **dict.fromkeys(POSES, "position"),
-    **dict.fromkeys(JOINTS, "joints"),
-}
 _TAG = re.compile(r"<(/?)([\w:]+)((?:\s+[\w:.\-]+\s*=\s*\"[^\"<]*\")*)\s*(/?)>")
 _ATTRIBUTE = re.compile(r"([\w:.\-]+)\s*=\s*\"([^\"]*)\"")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

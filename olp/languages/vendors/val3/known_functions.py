@@ -1,10 +1,20 @@
-"""The functions of VAL3, which stand in no program: from memory of the "VAL3 reference manual" (versions 5 to 8)."""
+"""The types and functions of VAL3: from memory of the "VAL3 reference manual" (versions 5 to 8)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Final
 
+POSES: Final = frozenset(("pointRx", "pointRs", "point", "trsf", "frame", "tool"))
+JOINTS: Final = frozenset(("jointRx", "jointRs", "joint"))
+# Of members of a project's own types.
+MEMBER_TYPES: Final[Mapping[str, str]] = {
+    "num": "real",
+    "bool": "boolean",
+    "string": "string",
+    **dict.fromkeys(POSES, "position"),
+    **dict.fromkeys(JOINTS, "joints"),
+}
 _TEXT_NO_ARGUMENTS: Final = """
     clock disablePower enablePower esStatus getMonitorSpeed herej isCompliant isEmpty isPowered isSettled restartMove
     stopMove waitEndMove

@@ -31,9 +31,7 @@ from olp.languages.short_reader import (
 )
 from olp.languages.statement_rules import BlockRules
 from olp.languages.vendors.val3.data import (
-    JOINTS,
     MIXED,
-    POSES,
     SIGNALS,
     WORLD,
     Val3Declarations,
@@ -45,6 +43,7 @@ from olp.languages.vendors.val3.data import (
     structures,
     tags,
 )
+from olp.languages.vendors.val3.known_functions import JOINTS, POSES
 
 _CODES: Final = Codes("P570", "P571", "P572", "P573", "P574", "P575")
 _MARK = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
