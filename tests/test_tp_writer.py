@@ -219,7 +219,13 @@ def _random_listing(seed: int) -> str:
         if kind == 0:
             lines += [f"IF {_condition(rng)} THEN", *some, "ELSE", _plain(rng), "ENDIF"]
         elif kind == 1:
-            lines += [f"FOR R[8:i]={_value(rng)} {rng.choice(['TO', 'DOWNTO'])} R[2]", *some, "ENDFOR"]
+            begin = {"12.25": "12", "(-3.5)": "(-3)"}  # a FOR takes whole numbers where they are written out
+            value = _value(rng)
+            lines += [
+                f"FOR R[8:i]={begin.get(value, value)} {rng.choice(['TO', 'DOWNTO'])} R[2]",
+                *some,
+                "ENDFOR",
+            ]
         elif kind == 2:
             lines += [
                 "SELECT R[1:k]=1,JMP LBL[1]",

@@ -964,9 +964,9 @@ def test_what_is_set_anew_before_a_move_does_not_lack_what_was_lost_before_or_is
     rows = (
         "pT:=p1;", "pT.trans:=PoseVect(pose1,pT.trans);", "MoveL pT,v100,fine,tool0;", "pT:=p2;",
         "MoveL pT,v100,fine,tool0;", "x:=pT.trans.x;", "WHILE x>0 DO", "MoveL pT,v50,fine,tool0;",
-        "pT.rot:=pose1.rot*pT.rot;", "x:=x-1;", "ENDWHILE", "WaitTime x;",
+        "pT.trans:=PoseVect(pose1,pT.trans);", "x:=x-1;", "ENDWHILE", "WaitTime x;",
     )  # fmt: skip
-    found = losses(module(*rows, data=(*TARGETS, "VAR robtarget pT;", "VAR pose pose1;")), "rapid", "tp")
+    found = losses(module(*rows, data=(*TARGETS, "VAR robtarget pT;", "VAR pose pose1;")), "rapid", "krl")
     first = 8
     needs = {loss.line - first for loss in found if "it needs" in loss.says}
     assert {loss.line - first for loss in found if loss.leaves_out} >= {1, 2, 7, 8}
@@ -2388,24 +2388,39 @@ def test_a_speed_of_turning_is_not_bound_by_the_speed_of_the_move_before_in_krl(
     assert compare_plans(one, other).differences == []
 
 
-@pytest.mark.parametrize(
-    ("target", "lost"),
-    [("krl", "q.trans:=PoseVect(pe,q.trans);"), ("tp", "q.rot:=OrientZYX(10,0,0)*q.rot;")],
-)
-def test_what_a_routine_hands_back_without_its_value_is_lost_for_its_callers(target, lost):
-    """A left-out statement inside of the routine computes it: the callers' moves went elsewhere, "exact"."""
+_HANDED_BACK = "q.trans:=PoseVect(pe,q.trans);", "q.rot:=OrientZYX(10,0,0)*q.rot;"
+
+
+def handing_back(computed):
+    """A function and a procedure that hand back what is `computed` in them."""
     data = (*TARGETS, "VAR robtarget pA;", "VAR robtarget pB;", "VAR pose pe;")
     rows = ("MoveL p1,v100,fine,tool0;", "pA:=above(p1);", "MoveL pA,v100,fine,tool0;", "lift pB;")
-    text = module(*rows, "MoveL pB,v100,fine,tool0;", data=data).replace(
+    return module(*rows, "MoveL pB,v100,fine,tool0;", data=data).replace(
         "ENDMODULE",
-        f"FUNC robtarget above(robtarget p)\r\nVAR robtarget q;\r\nq:=p;\r\n{lost}\r\n"
-        f"RETURN q;\r\nENDFUNC\r\nPROC lift(INOUT robtarget q)\r\nq:=p2;\r\n{lost}\r\n"
+        f"FUNC robtarget above(robtarget p)\r\nVAR robtarget q;\r\nq:=p;\r\n{computed}\r\n"
+        f"RETURN q;\r\nENDFUNC\r\nPROC lift(INOUT robtarget q)\r\nq:=p2;\r\n{computed}\r\n"
         "ENDPROC\r\nENDMODULE",
     )
-    found = {loss.line: (str(loss.fate), loss.says) for loss in losses(text, "rapid", target)}
+
+
+def test_what_a_routine_hands_back_without_its_value_is_lost_for_its_callers():
+    """A left-out statement inside of the routine computes it: the callers' moves went elsewhere, "exact"."""
+    found = {
+        loss.line: (str(loss.fate), loss.says)
+        for loss in losses(handing_back(_HANDED_BACK[0]), "rapid", "krl")
+    }
     assert found[11][0] == found[13][0] == "commented"
     assert "it needs pA" in found[11][1]
     assert "it needs pB" in found[13][1]
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+@pytest.mark.parametrize("computed", _HANDED_BACK)
+def test_a_product_that_a_routine_hands_back_is_computed_there(computed, target):
+    text = handing_back(computed)
+    assert not any(loss.leaves_out for loss in losses(text, "rapid", target))
+    one, other = run(read(text, "rapid")), run_elsewhere(text, "rapid", target)
+    assert compare_plans(one, other).differences == []
 
 
 # --- Products of turns --------------------------------------------------------------------------------------------
