@@ -504,6 +504,7 @@ def test_names_are_kept_by_the_likelihood_of_unseen_moves_with_the_number_of_nam
     assert fallen([strong, weak], 1) == []  # with nothing else to choose from, less will do
     assert fallen([worse], 20) == [0]  # the error goes up
     assert fallen([Gain(40.0, 35.0, 0.02, 0.01, 9.0)], 20) == [0]  # one move alone
+    assert fallen([Gain(26.0, 13.0, 0.02, 0.01, 9.0)], 20) == []  # each of two tells the other
     assert fallen([Gain(40.0, 5.0, 0.1004, 0.1, 9.0)], 20) == []  # others are far off with it, too
 
 
@@ -1157,6 +1158,27 @@ def test_a_limit_of_two_numbers_that_make_up_for_each_other_is_named(tmp_path):
     found = diagnose_recording(read).diagnosis
     assert [finding.term for finding in found.findings] == ["orientation-limit"]
     assert found.verdict == "explained"
+
+
+@pytest.mark.parametrize(("dealt", "named"), [(0, "orientation-limit"), (1, "external-wait")])
+def test_a_limit_that_three_moves_reach_is_named_where_each_tells_the_others(dealt, named, tmp_path):
+    """Late as their turns ask, they reach the limit; late by the same times, dealt otherwise, they wait."""
+    rng = np.random.default_rng(5)
+    turn = np.where(np.isin(np.arange(COUNT), (11, 47, 83)), rng.uniform(0.8, 1.6, COUNT), 0.02)
+    zero = np.zeros(COUNT)
+    columns = {f"{a}_{end}_deg": zero for a in ("rx", "ry", "rz") for end in ("start", "end")}
+    columns["rz_end_deg"] = np.degrees(turn)
+    start, end, way, speed = program(5)
+    way = np.where(turn > 0.1, 0.2, way)
+    end = start + way[:, None] * (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+    late = np.maximum(turn / 0.7 - travel(way, speed, ACCELERATION), 0.0)
+    assert (late > 0).sum() == 3
+    late[late > 0] = np.roll(late[late > 0], dealt)
+    real = travel(way, speed, ACCELERATION) + late + rng.normal(0.0, 0.003, COUNT)
+    found = diagnose_recording(
+        record(tmp_path / "r", real, 5, columns, toml="", made=(start, end, way, speed))
+    ).diagnosis
+    assert [finding.term for finding in found.findings] == [named]
 
 
 @pytest.mark.parametrize(("gained", "waits"), [(30.0, 4), (2000.0, 0)])
