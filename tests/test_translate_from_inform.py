@@ -347,6 +347,13 @@ def test_elements_of_an_array_that_no_row_teaches_are_zeros_and_told(target):
     ]
 
 
+def test_a_point_that_no_row_teaches_has_no_values_in_fanuc_where_the_program_stops():
+    data = ".TRANS\nq[0] 0 600 300 90 180 0\n.END\n"
+    lines, losses = as_lines("LMOVE q[0]", "LMOVE q[1]", target="tp", data=data)
+    assert sum("********" in line for line in lines) == 2
+    assert not [one for one in losses if "elements" in one.says]
+
+
 # --- where the arm stands ------------------------------------------------------------------------------------------
 
 

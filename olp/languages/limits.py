@@ -250,6 +250,7 @@ class Limits:
     array_literals: bool = False  # [1, 2, 3] is a value
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
     multiplies_poses: bool = True  # a variable is set to a product of two poses, or to an inverse
+    untaught_points: bool = False  # a position may be without values: a move to it stops the program
     pose_sums: bool = False  # places of poses are added and their turns composed within an expression
     value_types: ValueTypes | None = None  # None: types need not fit
     text_quote: str = ""  # what no text holds, nor a control character; "": texts hold all

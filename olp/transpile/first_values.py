@@ -68,18 +68,21 @@ def is_plain(value: ex.Expression | None) -> bool:
 
 
 def _taught(s: st.Declare, value: ex.Expression | None, work: TranslationContext) -> ex.Expression | None:
-    """An array of which some positions have no values, with zeros in their places."""
+    """An array of which some positions have no values, with zeros in their places if the target writes no such."""
     if not isinstance(value, ex.RecordLiteral) or work.source.vendor == work.target:
         return value
-    found = mapped(value, lambda e: replace(e, values=(0.0,) * 6) if _is_untaught(e) else e)
-    if found is not value:
-        says = f"elements of {s.name} have no values: zeros are written in their places"
-        work.lose(s, Fate.APPROXIMATED, "value", says)
-        work.ask("teach what no file here declares, or copy its values", f"elements of {s.name}")
+    found = mapped(value, lambda e: replace(e, values=(0.0,) * 6) if is_untaught(e) else e)
+    if found is value:
+        return value
+    work.ask("teach what no file here declares, or copy its values", f"elements of {s.name}")
+    if work.limits.untaught_points:
+        return value
+    says = f"elements of {s.name} have no values: zeros are written in their places"
+    work.lose(s, Fate.APPROXIMATED, "value", says)
     return found
 
 
-def _is_untaught(e: ex.Expression) -> TypeGuard[ex.PositionLiteral]:
+def is_untaught(e: ex.Expression) -> TypeGuard[ex.PositionLiteral]:
     return type(e) is ex.PositionLiteral and bool(e.values) and all(v != v for v in e.values[:6])
 
 

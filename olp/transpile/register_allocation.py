@@ -21,7 +21,7 @@ from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
 from olp.transpile.arrays import largest_indices, sizes_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.first_values import lasts
+from olp.transpile.first_values import is_untaught, lasts
 from olp.transpile.reaching_definitions import ENTRY, Key, reaching
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
@@ -844,9 +844,10 @@ def table(rows: list[tuple[bool, int, ex.PositionLiteral, Place]]) -> PointTable
                 kind = known[key] = states.index(state)
             kinds.append(kind)
         for at in np.nonzero(np.isnan(values).any(axis=1))[0].tolist():
-            # What is not written is nothing; behind a row's end the table stays empty.
+            # What is not written is nothing; behind a row's end the table stays empty, as does a point without values.
             literal = own[at][2]
-            values[at, : len(literal.values)] = _values(literal)
+            if not is_untaught(literal):
+                values[at, : len(literal.values)] = _values(literal)
         found = np.array([number for _, number, _, _ in own], dtype=np.int64)
         blocks[(ex.Store.ROBOT, taught)] = PointBlock(
             ex.Store.ROBOT,

@@ -19,6 +19,7 @@ MOST_ARGUMENTS: Final = 10  # of a CALL, AR[1] to AR[10]
 # the label's name, so their length has no bound.
 LIMITS: Final = Limits(
     dimensions="one",
+    untaught_points=True,  # ********
     speeds_needed=True,
     routine_name=ROUTINE_LENGTH,
     variable_name=NAME_LENGTH,

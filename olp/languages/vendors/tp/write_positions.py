@@ -229,8 +229,10 @@ def _group_lines(
     if state.kind is PointKind.POSE:
         yield f"\tUF : {user}, UT : {tool},\t\tCONFIG : '{flags or configuration(state.configuration)}',"
         x, y, z, w, p, r, *more = row
-        yield f"\tX = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm,"
-        last = f"\tW = {w:>9} deg,\tP = {p:>9} deg,\tR = {r:>9} deg"
+        places = (f"{name} = {_column(text)}  mm," for name, text in (("X", x), ("Y", y), ("Z", z)))
+        yield "\t" + "\t".join(places)
+        turns = (f"{name} = {_column(text)} deg" for name, text in (("W", w), ("P", p), ("R", r)))
+        last = "\t" + ",\t".join(turns)
         fields = [
             f"E{at}= {text:>9} {units[5 + at]:>3}" for at, text in enumerate(more, 1) if text != _MISSING
         ]
@@ -249,6 +251,11 @@ def _group_lines(
     rows = [fields[at : at + 3] for at in range(0, len(fields), 3)]
     for at, some in enumerate(rows):
         yield "\t" + ",\t".join(some) + ("," if at + 1 < len(rows) else "")
+
+
+def _column(text: str) -> str:
+    """A number as wide as the controller writes it; it writes `_MISSING` narrower."""
+    return text if text == _MISSING else f"{text:>9}"
 
 
 def configuration(flags: tuple[int, ...]) -> str:
