@@ -280,6 +280,16 @@ def test_times_beside_ramps_are_told_by_rounded_corners_where_all_moves_between_
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
 
 
+def test_a_time_beside_ramps_that_moves_between_stops_have_no_room_for_is_none():
+    way, speed, plain = np.full(8, 0.3), np.full(8, 0.3), np.arange(8) < 4
+    sim = 1.0 + np.array([0.1, 0.1, 0.2, 0.3, 0.05, 0.06, 0.05, 0.07])
+    ends = np.where(plain, 0.0, 0.02)[:, None] * np.ones(2)
+    laws = simulation_laws.ramps_by_corners(
+        way, speed, np.full(8, np.nan), sim, plain, np.ones(8, dtype=bool), ends
+    )
+    assert all(law.stronger > 0.0 for law in laws)
+
+
 def test_speeds_of_axes_are_told_by_how_times_grow_with_the_way_where_ends_go_with_the_speed():
     """Moves at 100 % end in a stop that takes 50 ms, those at 80 % in a corner: no ramp is both."""
     rng = np.random.default_rng(2)

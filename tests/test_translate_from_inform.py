@@ -354,6 +354,41 @@ def test_a_point_that_no_row_teaches_has_no_values_in_fanuc_where_the_program_st
     assert not [one for one in losses if "elements" in one.says]
 
 
+def test_points_that_no_row_teaches_are_taught_one_by_one_in_fanuc():
+    data = ".TRANS\nq[0] 0 600 300 90 180 0\n.END\n"
+    lines, _ = as_lines("LMOVE q[1]", "LMOVE q[2]", "LMOVE q[1]", target="tp", data=data)
+    points = [re.search(r"P\[(\d+)\]", line).group(1) for line in lines if re.match(r"\d+:L ", line)]
+    assert points[0] == points[2] != points[1]
+
+
+def test_an_element_that_a_loop_reaches_and_no_row_teaches_is_zeros_in_fanuc_and_told():
+    """A register without values would stop the program before it comes to another element, or keep an old place."""
+    data = ".TRANS\nq[0] 0 600 300 90 180 0\nq[2] 100 600 300 90 180 0\n.END\n"
+    lines, losses = as_lines("FOR i = 0 TO 2 STEP 2", "LMOVE q[i]", "END", target="tp", data=data)
+    assert not any("********" in line for line in lines)
+    assert any("elements of q have no values: zeros" in one.says for one in losses)
+
+
+STARS = """/PROG  T
+/MN
+   1:L P[1] 250mm/sec FINE ;
+/POS
+P[1]{
+   GP1:
+\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',
+\tX = ********  mm,\tY = ********  mm,\tZ = ********  mm,
+\tW = ******** deg,\tP = ******** deg,\tR = ******** deg
+};
+/END
+"""
+
+
+def test_a_point_of_a_listing_that_was_never_taught_is_zeros_in_inform_and_told():
+    made = convert(read_source(decode(STARS.encode(), "t.ls")), "inform", Context(on_loss="comment"))
+    assert b"C00000=0.000,0.000,0.000" in b"".join(made.files.values())
+    assert any("never taught" in one.says for one in made.translated.losses)
+
+
 # --- where the arm stands ------------------------------------------------------------------------------------------
 
 

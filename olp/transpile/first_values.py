@@ -71,7 +71,7 @@ def _taught(s: st.Declare, value: ex.Expression | None, work: TranslationContext
     """An array of which some positions have no values, with zeros in their places if the target writes no such."""
     if not isinstance(value, ex.RecordLiteral) or work.source.vendor == work.target:
         return value
-    found = mapped(value, lambda e: replace(e, values=(0.0,) * 6) if is_untaught(e) else e)
+    found = mapped(value, lambda e: with_zeros(e) if is_untaught(e) else e)
     if found is value:
         return value
     work.ask("teach what no file here declares, or copy its values", f"elements of {s.name}")
@@ -84,6 +84,10 @@ def _taught(s: st.Declare, value: ex.Expression | None, work: TranslationContext
 
 def is_untaught(e: ex.Expression) -> TypeGuard[ex.PositionLiteral]:
     return type(e) is ex.PositionLiteral and bool(e.values) and all(v != v for v in e.values[:6])
+
+
+def with_zeros(untaught: ex.PositionLiteral) -> ex.PositionLiteral:
+    return replace(untaught, values=(0.0,) * 6)
 
 
 def _known(e: ex.Expression, symbols: Symbols, routine: str) -> ex.Expression:

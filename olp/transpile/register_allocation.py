@@ -19,9 +19,10 @@ from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.ir.transformer import edited, expressions_of, is_usual, is_written_out, mapped, note_names
 from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
+from olp.runtime.spelling import spell
 from olp.transpile.arrays import largest_indices, sizes_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.first_values import is_untaught, lasts
+from olp.transpile.first_values import is_untaught, lasts, with_zeros
 from olp.transpile.reaching_definitions import ENTRY, Key, reaching
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
@@ -43,7 +44,8 @@ class PositionNumbers:
     arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
     numbers: dict[str, int] = field(default_factory=dict)
     taken: dict[ex.Store, set[int]] = field(default_factory=dict)
-    points: dict[str, dict[tuple[ex.PositionLiteral, Place], int]] = field(default_factory=dict)
+    # By value and place, and by name those that were never taught: each is taught by itself.
+    points: dict[str, dict[tuple[ex.PositionLiteral, Place, str], int]] = field(default_factory=dict)
     names: dict[tuple[str, int], str] = field(
         default_factory=dict
     )  # of taught points, for languages that show them
@@ -305,16 +307,25 @@ class PositionNumbers:
             self.initial[at] = key
         return ex.Variable(ex.Store.ROBOT, ex.Number(at))
 
-    def taught(self, literal: ex.PositionLiteral, place: Place, name: str) -> ex.Taught:
+    def taught(self, literal: ex.PositionLiteral, place: Place, name: str, untaught: str = "") -> ex.Taught:
         points = self.points.setdefault(self.routine_name, {})
         new = len(points) + self.registers.first_point
-        at = points.setdefault((literal, place), new)
+        at = points.setdefault((literal, place, untaught), new)
         if at == new:
             self.names[(self.routine_name, at)] = "" if _NUMBERED.fullmatch(name) else name
             shown = self.registers.point.format(number=at)
             if name:
                 self.work.names[("point", name)] = shown
         return ex.Taught(ex.Store.ROBOT, at)
+
+    def _with_values(self, literal: ex.PositionLiteral, line: int) -> ex.PositionLiteral:
+        """A position that was never taught as the target can hold it."""
+        if not is_untaught(literal) or self.work.limits.untaught_points:
+            return literal
+        says = "a position that was never taught: zeros are written in its place"
+        self.work.lose(line, Fate.APPROXIMATED, "value", says)
+        self.work.ask("teach what no file here declares, or copy its values", f"the position of line {line}")
+        return with_zeros(literal)
 
     def _configured(self, literal: ex.PositionLiteral) -> ex.PositionLiteral:
         """Registers have an arm configuration with every pose; where the source has none, it is that of the plan."""
@@ -344,6 +355,7 @@ class PositionNumbers:
         if fixed is not None:
             if not self.registers.steps:
                 return self._configured(fixed)
+            fixed = self._with_values(fixed, line)
             return self.constant(fixed, place, e.name if isinstance(e, ex.Named) else "")
         if self.registers.steps and e == ex.SystemValue("current-pose"):
             read = self._own()
@@ -654,10 +666,15 @@ class _Numbers(PositionNumbers):
     ) -> ex.Expression:
         fixed = self._fixed(e)
         if fixed is not None:
-            fixed = self._configured(fixed)
+            fixed, own = self._configured(fixed), e.name if isinstance(e, ex.Named) else ""
             if s.relative is not None:
                 return self.constant(fixed, place) if self.registers.steps else fixed
-            return self.taught(fixed, place, e.name if isinstance(e, ex.Named) else "")
+            untaught = spell(e) if is_untaught(fixed) else ""
+            point = self.taught(self._with_values(fixed, s.line), place, own, untaught)
+            if untaught and self.work.limits.untaught_points and self.work.source.vendor != self.work.target:
+                shown = self.registers.point.format(number=point.number)
+                self.work.ask("teach these points, or the program stops there", f"{shown} (line {s.line})")
+            return point
         return self.position(e, place, before, s.line)
 
     def _assign(self, s: st.Assign, before: list[st.Statement]) -> list[st.Statement]:
@@ -716,7 +733,11 @@ class _Numbers(PositionNumbers):
             if declare.value is None or declare.name in self.work.registers or symbol is None:
                 continue
             again = bool(symbol.assigned) and not lasts(declare, self.work)
-            begun = self._begins(declare.name, self.variable(ex.Named(declare.name)), declare.value, again)
+            begins = mapped(declare.value, lambda e: with_zeros(e) if is_untaught(e) else e)
+            if begins is not declare.value:  # a register without values would keep those of another program
+                says = f"elements of {declare.name} have no values: zeros are written in their places"
+                self.work.lose(declare, Fate.APPROXIMATED, "value", says)
+            begun = self._begins(declare.name, self.variable(ex.Named(declare.name)), begins, again)
             rows += [replace(s, line=declare.line) for s in begun]
         return [*comments, *rows]
 
@@ -753,7 +774,8 @@ class _Numbers(PositionNumbers):
 
     def routine(self, routine: st.Routine, body: tuple[st.Statement, ...], main: bool) -> st.Routine:
         rows = [
-            (True, at, literal, place) for (literal, place), at in self.points.get(routine.name, {}).items()
+            (True, at, literal, place)
+            for (literal, place, _), at in self.points.get(routine.name, {}).items()
         ]
         if main:
             rows += [(False, at, literal, place) for at, (literal, place) in sorted(self.initial.items())]
@@ -773,7 +795,7 @@ class _Numbers(PositionNumbers):
         return replace(
             routine,
             body=body,
-            points=table(rows),
+            points=table(rows, self.work.limits.untaught_points),
             details=details,
             locals=self.owned.get(routine.name, {}),
             groups=groups if self.registers.framed else (),
@@ -816,8 +838,8 @@ def _variables_in(it: object) -> set[str]:
 Place = tuple[int, int | None]  # tool, user frame (None: base)
 
 
-def table(rows: list[tuple[bool, int, ex.PositionLiteral, Place]]) -> PointTable:
-    """A point table of (taught, number, value, place)."""
+def table(rows: list[tuple[bool, int, ex.PositionLiteral, Place]], untaught: bool) -> PointTable:
+    """A point table of (taught, number, value, place); `untaught`: a point may be without values."""
     states: list[PointState] = []
     blocks: dict[tuple[ex.Store, bool], PointBlock] = {}
     configured = any(literal.configuration for _, _, literal, _ in rows)
@@ -846,7 +868,7 @@ def table(rows: list[tuple[bool, int, ex.PositionLiteral, Place]]) -> PointTable
         for at in np.nonzero(np.isnan(values).any(axis=1))[0].tolist():
             # What is not written is nothing; behind a row's end the table stays empty, as does a point without values.
             literal = own[at][2]
-            if not is_untaught(literal):
+            if not (untaught and is_untaught(literal)):
                 values[at, : len(literal.values)] = _values(literal)
         found = np.array([number for _, number, _, _ in own], dtype=np.int64)
         blocks[(ex.Store.ROBOT, taught)] = PointBlock(

@@ -38,6 +38,9 @@ _ELBOW, _WRIST = 2, 4  # joints of the chain, from 0
 PLACES = 21  # along each move
 # [m] Joint points and tool points that put the tool's point this near to one place on the flange tell the tool.
 _SAME_TOOL = 1e-3
+_READ_OFF = (
+    "how fast each axis turns along lines is read off the joint and tool points; a robot model would add"
+)
 _TELLS = "joint-acceleration-limit, joint-speed-limit and torque-speed"
 
 
@@ -142,13 +145,14 @@ def _means(
         straight = known & (moves.kind[rows] == LINEAR) & np.isfinite(learned).all(axis=(1, 2))
         along = np.gradient(learned, axis=1) * (PLACES - 1)
         path[straight] = along[straight] / way[straight, None, None]
-        says = "how fast each axis turns along lines is read off the joint and tool points; a robot model would add"
+        says = _READ_OFF
     names = tuple(f"axis {i + 1}" for i in range(turned.shape[1]))
     arm = learned_arm(moves, rows, points)
     if arm is not None:
         along = arm.rates(moves, rows, points)
         reached = known & (moves.kind[rows] != JOINT) & np.isfinite(along).all(axis=(1, 2))
         path[reached, :, : along.shape[2]] = along[reached] / way[reached, None, None]
+        says = _READ_OFF if reached.any() else says
     bodies, lifts = (None, None) if arm is None else arm.bodies(moves, rows, points)
     climb = _climb_between(moves, rows, points[0], points[1], None if arm is None else arm.turn, bodies)
     rates = Rates(path, known, False, names, bodies=bodies, lifts=lifts, climb=climb)
@@ -451,7 +455,7 @@ def learned_joints(
     result = np.unwrap(result, axis=1)
     # The recorded ends are met exactly, but for whole turns.
     first, last = points[0] - result[:, 0], points[1] - result[:, -1]
-    last = last - first - 2.0 * np.pi * np.rint((last - first) / (2.0 * np.pi)) + first
+    last -= 2.0 * np.pi * np.rint((last - first) / (2.0 * np.pi))
     return np.asarray(result + first[:, None, :] * (1.0 - share) + last[:, None, :] * share)
 
 
@@ -820,12 +824,8 @@ _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this
 _NEARER = 0.5  # [1] of a law's misfit that the other one must leave: axes with limits in proportion obey both
 _MUCH_NEARER = 0.2  # [1] likewise, where a plainer law does
 _EXACT = 3e-4  # of a simulated time: nearer, there is no other law to look for
-_TIMES_BESIDE = (
-    (0, False),
-    (1, False),
-    (1, True),
-    (2, True),
-)  # beside limits, and whether accelerations build up
+# Times beside limits, and whether accelerations build up.
+_TIMES_BESIDE = ((0, False), (1, False), (1, True), (2, True))
 _LIMIT_ROUNDS = 60
 _FAR = 40.0  # logarithm of a limit that is none, and whose square is still a number
 _BESIDE = 0.03  # [s] beside the ramps, to begin with

@@ -447,26 +447,18 @@ def _base(
     acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes
     nearest to the simulation.
     """
-    way, speed, added = pace.way[rows], pace.speed[rows], judged.stop[rows]
-    sim = judged.duration[rows] - added
-    moving = moves.kind[rows] != WAIT
-    start, end = stops[0][rows], stops[1][rows]
-    slow = pace.acceleration[rows].copy()
-    slow[~moving] = 1.0
-    joint = moves.kind[rows] == JOINT
-    plain = start & end & moving & ~joint
-    laws = [SimulatedRamps()]
-    if not judged.own:
-        # Where the simulation stops at every corner, all moves tell its law.
-        asked = (moving & ~joint, plain)
-        told = (ramps_of(way, speed, slow, sim, some) for some in asked)
-        laws = [next((law for law in told if law is not None), SimulatedRamps())]
-        if not laws[0].told:
-            ends = np.stack(
-                [np.where(s, 0.0, b[rows]) for s, b in zip((start, end), blends, strict=True)], axis=1
-            )
-            laws += ramps_by_corners(way, speed, slow, sim, plain, moving & ~joint, ends)
-    whole = partial(_by_law, moves, rows, pace, judged, stops, blends, before, resolution)
+    simulated = _SimulatedRows(
+        pace.way[rows],
+        pace.speed[rows],
+        np.where(moves.kind[rows] != WAIT, pace.acceleration[rows], 1.0),
+        judged.duration[rows] - judged.stop[rows],
+        stops[0][rows],
+        stops[1][rows],
+        moves.kind[rows] != WAIT,
+        moves.kind[rows] == JOINT,
+    )
+    laws = [SimulatedRamps()] if judged.own else _laws_of_lines(simulated, blends[0][rows], blends[1][rows])
+    whole = partial(_by_law, simulated, moves, rows, pace, judged, stops, blends, before, resolution)
     best = whole(laws[0])
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
@@ -475,7 +467,47 @@ def _base(
     return best.motion, best.stretch
 
 
-class _Simulated(NamedTuple):
+class _SimulatedRows(NamedTuple):
+    """What the moves of a case are, each (n,), and how long they last in the simulation."""
+
+    way: Floats  # [m | rad]
+    speed: Floats  # [m/s | rad/s]
+    slow: Floats  # [m/s² | rad/s²] accelerations, nan where nothing tells them
+    sim: Floats  # [s] without the time at stops
+    start: Mask  # from a stop
+    end: Mask  # to a stop
+    moving: Mask
+    joint: Mask
+
+    @property
+    def lines(self) -> Mask:
+        """Moves that are no joint moves."""
+        return np.asarray(self.moving & ~self.joint)
+
+    @property
+    def plain(self) -> Mask:
+        """Lines between stops."""
+        return np.asarray(self.start & self.end & self.lines)
+
+
+def _laws_of_lines(simulated: _SimulatedRows, round_start: Floats, round_end: Floats) -> list[SimulatedRamps]:
+    """What the ramps of lines may be, the likeliest first: where the simulation stops at every corner, all moves tell
+    it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which it is."""
+    asked = (simulated.lines, simulated.plain)
+    found = (ramps_of(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked)
+    law = next((one for one in found if one is not None), None)
+    if law is not None and law.told:
+        return [law]
+    ends = np.stack(
+        [np.where(simulated.start, 0.0, round_start), np.where(simulated.end, 0.0, round_end)], axis=1
+    )
+    more = ramps_by_corners(
+        simulated.way, simulated.speed, simulated.slow, simulated.sim, simulated.plain, simulated.lines, ends
+    )
+    return [law or SimulatedRamps(), *more]
+
+
+class _SimulatedMotion(NamedTuple):
     """The motion behind simulated durations."""
 
     motion: Motion
@@ -485,6 +517,7 @@ class _Simulated(NamedTuple):
 
 
 def _by_law(
+    simulated: _SimulatedRows,
     moves: RecordedMoves,
     rows: Rows,
     pace: _Pace,
@@ -494,14 +527,10 @@ def _by_law(
     before: Rows,
     resolution: float,
     straight: SimulatedRamps,
-) -> _Simulated:
+) -> _SimulatedMotion:
     """With a law of the ramps of straight moves."""
-    way, speed, added = pace.way[rows], pace.speed[rows], judged.stop[rows]
-    sim, notes = judged.duration[rows] - added, list[str]()
-    start, end = stops[0][rows], stops[1][rows]
-    moving, joint = moves.kind[rows] != WAIT, moves.kind[rows] == JOINT
-    slow = np.where(moving, pace.acceleration[rows], 1.0)
-    plain = start & end & moving & ~joint
+    way, speed, slow, sim, start, end, moving, joint = simulated
+    plain, lines, added, notes = simulated.plain, simulated.lines, judged.stop[rows], list[str]()
     faster, stronger = tuned(way, speed, slow, sim, plain)
     turning = straight  # the law of joint moves
     if straight.told:
@@ -516,8 +545,8 @@ def _by_law(
         turning = _ramps_of_axes(moves, rows, pace, sim, joint & start & end)
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
-    speed = np.where(moving & ~joint, faster * speed, speed)
-    slow = np.where(moving & ~joint, stronger * slow, slow)
+    speed = np.where(lines, faster * speed, speed)
+    slow = np.where(lines, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     read = joint & (pace.axes is not None)
     missing = ~np.isfinite(slow) | (joint & ~read)
@@ -535,7 +564,6 @@ def _by_law(
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
-    lines = moving & ~joint
     if missing[lines].all() and lines.any() and not plain.any() and not joint.any():
         one = np.ones(len(rows))
         alike = _opened(whole.with_(accelerate=one, decelerate=one), moves, rows, before)
@@ -554,7 +582,7 @@ def _by_law(
         slow = np.where(unknown, as_long_as(found, sim), slow)
         found = found.with_(accelerate=slow, decelerate=slow)
     off = float(np.mean(np.abs(found.duration() - sim)[rounded])) if rounded.any() else 0.0
-    return _Simulated(
+    return _SimulatedMotion(
         found.with_(added=added + stopped), 1.0 / faster if stretched else 1.0, off, tuple(notes)
     )
 

@@ -3,7 +3,8 @@
 Of each name, all others fitted along: by how much groups of moves that the fit never saw are more likely with it than
 without it. The exponential of that is the split likelihood ratio, which without an effect is one on average, however
 the names were chosen (L. Wasserman, A. Ramdas, S. Balakrishnan, PNAS 117, 2020); a step-up rule over such ratios holds
-the share of false names at `FALSE_DISCOVERIES` (R. Wang, A. Ramdas, J. R. Statist. Soc. B 84, 2022). A name also has to
+the share of false names at `FALSE_DISCOVERIES` (R. Wang, A. Ramdas, J. R. Statist. Soc. B 84, 2022). No density is less
+than that of a move that waits, some 1/n^1.5 per second: that adds next to nothing to one. A name also has to
 take away as much as it leaves: form for form a robot's law is never quite the term's, and what makes up for that is no
 second name.
 """

@@ -399,10 +399,7 @@ def ramps_beside(way: Floats, speed: Floats, slow: Floats, sim: Floats, beside: 
 
 
 _LIKELY_LAWS = 3  # the plainest first
-_TIMES_BESIDE, _GOLDEN = (
-    32,
-    24,
-)  # times beside ramps that are tried, and steps of a golden section about the best
+_TRIED_TIMES, _GOLDEN = 32, 24  # times beside ramps, and steps of a golden section about the best of them
 
 
 def ramps_by_corners(
@@ -444,6 +441,8 @@ def ramps_by_corners(
         return one._replace(stronger=float(np.nanmedian(own)) if np.isfinite(own).any() else 1.0)
 
     def off(tried: SimulatedRamps) -> float:
+        if tried.stronger <= 0.0:  # moves between stops would be too quick for a time so long beside them
+            return math.inf
         left = sim - tried.seconds(way, speed, tried.stronger * slow)
         for one in classes:
             left[one] -= np.median(left[one])
@@ -462,7 +461,7 @@ def _nearest_time(off: Callable[[float], float], most: float) -> float:
     """[s] at which `off` is least, up to `most`: by a grid and a golden section about its best place."""
     if most <= _LEAST_BESIDE:
         return 0.0
-    grid = np.geomspace(_LEAST_BESIDE, most, _TIMES_BESIDE)
+    grid = np.geomspace(_LEAST_BESIDE, most, _TRIED_TIMES)
     at = int(np.argmin([off(time) for time in grid.tolist()]))
     low, high = float(grid[max(at - 1, 0)]), float(grid[min(at + 1, len(grid) - 1)])
     for _ in range(_GOLDEN):

@@ -395,8 +395,8 @@ def _type_of(value: Expression) -> str:
 def _changed(parameters: tuple[st.Parameter, ...], body: Sequence[st.Statement]) -> tuple[st.Parameter, ...]:
     """Parameters, by reference those that the routine sets or hands on.
 
-    A variable is handed over by reference, a constant, an expression or a variable in brackets by value (PDL2
-    Programming Language Manual, Passing Arguments).
+    A variable is handed over by reference, a constant, an expression or a variable in brackets by value (from memory
+    of the PDL2 Programming Language Manual, Passing Arguments; no page at hand).
     """
     changed: set[str] = set()
     for s in body:
