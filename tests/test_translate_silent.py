@@ -3644,3 +3644,53 @@ def test_an_incremental_move_that_turns_the_tool_is_told(target, angle, told):
     text = tp("J P[1] 50% FINE", "L P[3] 100mm/sec FINE INC", positions=positions)
     found = [x for x in converted(text, "tp", target).translated.losses if "turns the tool" in x.says]
     assert bool(found) is told
+
+
+# Values and operators that FANUC takes within one pair of parentheses: "approximately 20" (R-30iB, mixed logic).
+_ITEM = re.compile(
+    r"\w+\[[^\]]*\](?:\[[^\]]*\])?|\b\d+(?:\.\d+)?\b|\bON\b|\bOFF\b|AND|OR|DIV|MOD|<>|<=|>=|[-!+*/<>=]"
+)
+_LONG = {
+    "a sum": "a:=(a+2)*(a-3)+(a*4)/(a+5)-a*a*a+a/7+(a-8)*(a+9)*2-a+11*a-12/(a+13);",
+    "a condition": "IF a>1 AND a<20 AND (di1=1 OR di2=1) AND (di3=1 OR di4=0) AND NOT (di5=1 AND di6=1) AND a<>7 "
+    "AND a<>8 AND a<>9 SetDO do1,1;",
+    "a value": "b:=(di1=1 AND di2=1) XOR (a>1 AND a<20) OR (di3=1 AND di4=1 AND a=1) OR (di5=1 AND a<0 AND a>-3);",
+    "a loop": "WHILE a<3 AND (di1=0 OR di2=0) AND (di3=0 OR di4=0) AND (di5=0 OR di6=0) AND (di7=0 OR di8=0 OR a<9) "
+    "DO Incr a; ENDWHILE",
+    "a wait": "WaitUntil (di1=1 AND di2=1 AND di3=1) OR (di4=1 AND di5=1 AND di6=1) OR (di7=1 AND di8=1 AND a<9) "
+    "OR (a>0 AND a<7 AND a<>3);",
+    "a wait with a limit": "WaitUntil (di1=1 AND di2=1 AND di3=1) OR (di4=1 AND di5=1 AND di6=1) OR (di7=1 AND di8=1 "
+    "AND a<0) OR (a>90 AND a<95 AND a<>93)\\MaxTime:=2\\TimeFlag:=b;",
+    "an offset": "MoveL Offs(p,a*2+a*3-a*4+a*5-a*6+a*7-a*8+a*9,0,a+a+a+a+a+a+a+a+a+a+a+a+a),v100,fine,tool0;",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", _LONG.values(), ids=_LONG)
+def test_no_instruction_of_tp_has_more_values_and_operators_than_the_controller_takes(row):
+    """One of 47 was written, "all exact", which no pendant takes: parts of it stand in registers before."""
+    point = "CONST robtarget p:=[[900,0,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    text = module(*row.replace(" DO Incr a; ", " DO\r\nIncr a;\r\n").split("\r\n"), "SetAO ao1,a;", "IF b SetDO do9,1;",
+                  data=("VAR num a:=1;", "VAR bool b;", point))  # fmt: skip
+    for line in code(translated(text, "rapid", "tp"), "!"):
+        for inside in re.findall(r"\(.*\)", re.sub(r"\(sec\)", "", line)):
+            assert len(_ITEM.findall(inside)) <= 20, line
+    assert not [one for one in objections(text, "rapid", "tp") if "waits of" not in one]
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+@pytest.mark.parametrize("way", ["flag", "handler"])
+def test_a_wait_that_a_loop_asks_for_ends_at_its_limit(target, way):
+    """What INFORM cannot ask for in a WAIT became a loop without the limit: the job never went on."""
+    asked = "WaitUntil double(a)>3 AND di1=1\\MaxTime:=3"
+    rows = (
+        (f"{asked}\\TimeFlag:=b;", "IF b SetDO do1,1;")
+        if way == "flag"
+        else (f"{asked};", "SetDO do2,1;", "ERROR", "SetDO do1,1;", "TRYNEXT;")
+    )
+    function = ("ENDPROC", "FUNC num double(num x)", "RETURN 2*x;", "ENDFUNC", "PROC other()")
+    text = module(*rows, *function, data=("VAR num a:=1;", "VAR bool b;"))
+    plan = run_elsewhere(text, "rapid", target)
+    assert sum(plan.durations[plan.row[plan.kind == StepKind.WAIT]].tolist()) == pytest.approx(3.0, abs=0.02)
+    assert (plan.kind == StepKind.SIGNAL).sum() == (1 if way == "flag" else 2)
+    told = [x for x in converted(text, "rapid", target).translated.losses if "until its limit" in x.says]
+    assert [x.fate for x in told] == [Fate.APPROXIMATED]

@@ -179,6 +179,7 @@ class Limits:
     has_endless: bool = True  # a WHILE whose condition always holds
     joint_lines: bool = True  # lines and arcs may lead to joint values
     nested_logic: bool = True  # AND and OR in parentheses
+    most_items: int = 0  # values and operators of one expression; 0: no bound
     # Signals whose numbers stand in conditions alone: elsewhere they are read into and set from variables of a type.
     signal_variables: Mapping[str, str] = field(default_factory=dict)  # bus -> type
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else

@@ -29,6 +29,8 @@ _READ: Final = {
     "current-pose": "position",
     "current-joints": "joints",
 }  # of which an element may be asked for
+_TIMED_OUT: Final = ex.SystemValue("timed-out")
+_POLL: Final = 0.01  # [s] between two looks, the shortest wait of INFORM and TP
 _PLAIN_INDEX: Final = (ex.Number, ex.Text, ex.Named, ex.Variable)
 
 
@@ -112,7 +114,9 @@ class Values:
         if isinstance(e, ex.Item):
             return self._index(e, before)
         arguments = tuple(
-            self._position(a, before) if self._is_position(a) else self.value(a, before)
+            self._position(a, before)
+            if self._is_position(a)
+            else self._fitting(self.value(a, before), before)
             for a in self._each_in_order(e.arguments, before)
         )
         return replace(e, arguments=arguments)
@@ -245,9 +249,56 @@ class Values:
 
     def _kept(self, e: ex.Expression, kind: str, before: list[st.Statement]) -> ex.Named:
         known = ("integer", "real", "string", *_READ.values())
+        e = self._fitting(e, before)
         target = self.temporary(kind if kind in known else "integer")
         before.append(st.Assign(before[-1].line if before else 0, target, e))
         return target
+
+    # --- length -----------------------------------------------------------------------------------------
+
+    def _fitting(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        """An expression of no more values and operators than the target takes in one; parts stand in variables."""
+        most = self.work.limits.most_items
+        if not most or _items_of(e) <= most or _items_of(e := mapped(e, _bare_signal)) <= most:
+            return e
+        match e:
+            case ex.Binary(left=left, right=right) | ex.Compare(left=left, right=right):
+                left, right = self._pair(self._fitting(left, before), self._fitting(right, before), before)
+                return replace(e, left=left, right=right)
+            case ex.Unary(operator, operand):
+                inner = self._fitting(operand, before)
+                return ex.Unary(operator, inner if _items_of(inner) < most else self._part(inner, before))
+            case ex.Logic(first, rest):
+                joined = self._fitting(first, before)
+                for word, part in rest:
+                    joined, part = self._pair(joined, self._fitting(part, before), before)
+                    flat_ = joined if isinstance(joined, ex.Logic) else ex.Logic(joined, ())
+                    joined = ex.Logic(flat_.first, (*flat_.rest, (word, part)))
+                return joined
+            case _:
+                return e
+
+    def _pair(
+        self, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
+    ) -> tuple[ex.Expression, ex.Expression]:
+        """Both sides of an operator: the longer one in a variable, or both, where they are too long together."""
+        most = self.work.limits.most_items
+        for _ in range(2):
+            one, other = _items_of(left), _items_of(right)
+            if one + 1 + other <= most:
+                break
+            if one >= other:
+                left = self._part(left, before)
+            else:
+                right = self._part(right, before)
+        return left, right
+
+    def _part(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        """A part of an expression in a variable: a condition as 1 or 0, which is asked for."""
+        if is_condition(e):
+            return ex.Compare("<>", self._flag_variable(e, before), ex.Number(0))
+        kind = kind_of_value(self.symbols, self.routine, e)
+        return self._kept(e, "integer" if kind == "integer" else "real", before)
 
     def _exact_quotient(
         self, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
@@ -450,7 +501,7 @@ class Values:
         """A condition that the target can write."""
         e = self._with_indices(self._in_order(self._called_once(e, before), before), before)
         if not self.simple:
-            return mapped(self._with_values(e, before), self._plain_flag)
+            return self._fitting(mapped(self._with_values(e, before), self._plain_flag), before)
         plain = self._comparison(e, before)
         if isinstance(plain, ex.Compare):
             return plain
@@ -616,6 +667,40 @@ class Values:
         return None
 
 
+def _bare_signal(e: ex.Expression) -> ex.Expression:
+    """`DI[1]`, or `!DI[1]`, for a digital signal that is compared with a state."""
+    if not (isinstance(e, ex.Compare) and isinstance(e.right, ex.SignalState) and e.operator in ("=", "<>")):
+        return e
+    if not (isinstance(e.left, ex.Signal) and is_condition(e.left)):
+        return e
+    return e.left if e.right.on == (e.operator == "=") else ex.Unary("not", e.left)
+
+
+def _items_of(e: ex.Expression) -> int:
+    """How many values and operators an expression has; an element by a computed index is counted as two."""
+    match e:
+        case ex.Binary(left=left, right=right) | ex.Compare(left=left, right=right):
+            return _items_of(left) + 1 + _items_of(right)
+        case ex.Unary(operand=operand):
+            return 1 + _items_of(operand)
+        case ex.Logic(first, rest):
+            both = _items_of(first)
+            for word, part in rest:
+                both += 1 + _items_of(part)
+                both *= 2 if word == "xor" else 1  # written with AND, OR and NOT
+            return both
+        case ex.Item(indices=indices):
+            return 1 if all(type(i) is ex.Number for i in indices) else 2
+        case ex.Signal(index=index):
+            return 1 if isinstance(index, (ex.Number, ex.Text)) else 2
+        case ex.Member(base=base):
+            return 1 + _items_of(base)
+        case ex.Function(arguments=arguments):
+            return 1 + sum(map(_items_of, arguments))
+        case _:
+            return 1
+
+
 def _whole(e: ex.Expression) -> ex.Expression:
     """A whole number as loops count: 3, not 3.0."""
     return ex.Number(int(e.value)) if type(e) is ex.Number and float(e.value).is_integer() else e
@@ -765,7 +850,9 @@ def hoist(program: st.Program, work: TranslationContext) -> st.Program:
 
 @dataclass(slots=True)
 class _Hoist(Values):
-    """Statements, each behind what computes for it."""
+    """Statements, each behind what computes for it. `late`: whether the wait before reached its limit, if a loop."""
+
+    late: ex.Named | None = None
 
     def routine_of(self, routine: st.Routine) -> st.Routine:
         self.routine = routine.name
@@ -907,6 +994,9 @@ class _Hoist(Values):
                 if needed:
                     return self._polled(s)
                 return [*before, replace(s, condition=condition)]
+            case st.Jump() if s.condition == _TIMED_OUT and self.late is not None:
+                late, self.late = self.late, None
+                return [replace(s, condition=ex.Compare("<>", late, ex.Number(0)))]
             case st.Jump() | st.Pause() | st.Return(value=None) if s.condition is not None:
                 condition = self.condition(self._with_indices(s.condition, before), before)
                 return [*before, replace(s, condition=condition)]
@@ -956,15 +1046,40 @@ class _Hoist(Values):
         return place
 
     def _polled(self, s: st.Wait) -> list[Node]:
-        """A wait whose condition has to be computed anew each time."""
-        self.work.lose(s, Fate.EXACT, "wait", "a loop asks for what this waits for")
+        """A wait whose condition has to be computed anew each time, until its limit where it has one."""
         before: list[st.Statement] = []
         self.used.clear()
         self.reads.clear()
         condition = self.condition(s.condition, before)
         leave = Block([(st.If(s.line, condition), [st.Break(s.line)])], st.EndIf(s.line))
         head = st.While(s.line, ex.SignalState(True), s.comment)
-        return [Block([(head, [*before, leave])], st.EndWhile(s.line))]
+        if s.timeout is None:
+            self.work.lose(s, Fate.EXACT, "wait", "a loop asks for what this waits for")
+            return [Block([(head, [*before, leave])], st.EndWhile(s.line))]
+        says = f"a loop asks every {_POLL * 1000:g} ms for what this waits for, until its limit"
+        self.work.lose(s, Fate.APPROXIMATED, "wait", says, _POLL, "s")
+        waited, limit = self._made("real"), ex.Binary("*", s.timeout.written, ex.Number(s.timeout.scale))
+        begun: list[st.Statement] = [st.Assign(s.line, waited, ex.Number(0.0))]
+        if type(s.timeout.written) is ex.Number:
+            # Half a step less, as sums of hundredths come out a little below or above.
+            most: ex.Expression = ex.Number(
+                float(f"{s.timeout.written.value * s.timeout.scale - _POLL / 2:.9g}")
+            )
+        else:
+            most = self._made("real")
+            begun.insert(0, st.Assign(s.line, most, s.timeout.written if s.timeout.scale == 1.0 else limit))
+        over: list[Node] = [st.Break(s.line)]
+        self.late = None
+        if self.work.limits.timed_out == "jump":
+            self.late = self._made("integer")
+            begun.append(st.Assign(s.line, self.late, ex.Number(0)))
+            over.insert(0, st.Assign(s.line, self.late, ex.Number(1)))
+        ends = Block([(st.If(s.line, ex.Compare(">=", waited, most)), over)], st.EndIf(s.line))
+        again: list[Node] = [
+            st.Dwell(s.line, ex.Quantity(ex.Number(_POLL), 1.0)),
+            st.Assign(s.line, waited, ex.Binary("+", waited, ex.Number(_POLL))),
+        ]
+        return [*begun, Block([(head, [*before, leave, ends, *again])], st.EndWhile(s.line))]
 
     def _assign(self, s: st.Assign) -> list[Node]:
         before: list[st.Statement] = []
@@ -988,7 +1103,7 @@ class _Hoist(Values):
         elif isinstance(value, ex.CallValue):
             value = self._called(value, before, kind or "real")
         else:
-            value = self.value(value, before, whole=kind == "integer")
+            value = self._fitting(self.value(value, before, whole=kind == "integer"), before)
         return [*before, replace(s, target=target, value=value)]
 
     def _output(self, s: st.SetOutput) -> list[Node]:
@@ -1004,7 +1119,7 @@ class _Hoist(Values):
                 if any(type(x) is ex.CallValue for x in expressions_of(s.value)):
                     value = self.condition(s.value, before)
                 else:
-                    value = self._with_indices(s.value, before)
+                    value = self._fitting(self._with_indices(s.value, before), before)
                 return [*before, s if value is s.value else replace(s, value=value)]
             condition = self.condition(s.value, before)
             on: list[Node] = [replace(s, value=ex.SignalState(True))]

@@ -107,6 +107,9 @@ LIMITS: Final = Limits(
     first_signal=1,
     manual_signal=("system-out", 8),  # TPENBL: in T1 and T2 programs run with the teach pendant enabled alone
     has_exclusive_or=False,
+    # "The maximum number of items (data or operators) is approximately 20", less for some data (R-30iB, operator's
+    # manual, mixed logic instructions).
+    most_items=20,
     clocks=10,
     clock_form="TIMER[{}]",
     state_signals={
