@@ -3694,3 +3694,35 @@ def test_a_wait_that_a_loop_asks_for_ends_at_its_limit(target, way):
     assert (plan.kind == StepKind.SIGNAL).sum() == (1 if way == "flag" else 2)
     told = [x for x in converted(text, "rapid", target).translated.losses if "until its limit" in x.says]
     assert [x.fate for x in told] == [Fate.APPROXIMATED]
+
+
+_HALF_SPEED = {
+    "rapid": module("MoveL p,v500,fine,tool0;", "VelSet 50,5000;", "MoveL q,v500,{},tool0;", "VelSet 90,5000;",
+                    "MoveL p,v500,fine,tool0;", "WaitTime 1;", "VelSet 80,5000;", "MoveL q,v500,fine,tool0;",
+                    data=tuple(f"CONST robtarget {name}:=[[{x},0,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+                               for name, x in (("p", 900), ("q", 950)))),
+    "tp": tp("L P[1] 500mm/sec FINE", "OVERRIDE=50%", "L P[2] 500mm/sec {}", "OVERRIDE=90%", "L P[1] 500mm/sec FINE",
+             "WAIT 1.00(sec)", "OVERRIDE=80%", "L P[2] 500mm/sec FINE",
+             positions=((1, 0, 0, 900, 0, 500, 180, 0, 0), (2, 0, 0, 950, 0, 500, 180, 0, 0))).replace("{{}}", "{}"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("vendor", "stop", "corner"), [("rapid", "fine", "z10"), ("tp", "FINE", "CNT50")])
+def test_an_override_of_krl_waits_for_the_moves_before_it_or_is_told(vendor, stop, corner):
+    """The advance run sets `$OV_PRO` while moves before it are under way; it was "exact"."""
+    for blend, waits in ((stop, 2), (corner, 1)):
+        text = _HALF_SPEED[vendor].replace("{}", blend)
+        rows = code(translated(text, vendor, "krl"), ";")
+        before = [rows[at - 1] for at, row in enumerate(rows) if row.startswith("$OV_PRO")]
+        assert before.count("WAIT SEC 0") == waits
+        assert before[-1] in ("WAIT SEC 1", "WAIT SEC 1.0")
+        told = [x for x in losses(text, vendor, "krl") if x.part == "order"]
+        assert len(told) == 2 - waits
+
+
+def test_an_override_of_krl_behind_a_move_is_told_elsewhere():
+    rows = ("$OV_PRO=100", "LIN {X 900,Y 0,Z 500,A 0,B 90,C 0}", "$OV_PRO=50", "LIN {X 950,Y 0,Z 500,A 0,B 90,C 0}",
+            "WAIT SEC 1", "$OV_PRO=80", "LIN {X 900,Y 0,Z 500,A 0,B 90,C 0}")  # fmt: skip
+    for target in ("rapid", "tp", "inform", "urscript"):
+        told = [x.line for x in losses(krl(*HOME, *rows), "krl", target) if "advance run sets it" in x.says]
+        assert told == [2 + len(HOME), 4 + len(HOME)]  # and not behind the wait

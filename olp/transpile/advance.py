@@ -41,7 +41,11 @@ _STANDS: Final = (
     "on some paths the next statement follows an exact stop: it waits for the arm, which then stops here"
 )
 _READ: Final = "the arm stops here, because its position is read"
+_SLOWED: Final = (
+    "the advance run sets it, up to $ADVANCE moves before the arm is there: the moves before may have it, too"
+)
 _LAST: Final[Key] = ("last move",)
+_CORNER, _STOPPED = 1, 2  # how the move before ends
 _STANDING: Final = frozenset({st.Move, st.Dwell, st.Pause})
 _UNSEEN: Final = "whether what follows waits for the arm is not seen in this run: the blend is written"
 
@@ -120,6 +124,48 @@ def continue_statements(program: st.Program, work: TranslationContext) -> st.Pro
         work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _STANDS)
     for n in sorted(read):
         work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _READ)
+    return with_routines(program, routines)
+
+
+def overrides_read_ahead(program: st.Program, work: TranslationContext) -> st.Program:
+    """Tells where KRL's override may hold earlier than elsewhere (`overrides_ahead`)."""
+    if program.vendor not in vendor_names() or find_vendor(work.target).advance_stops:
+        return program
+    return _with_overrides(program, work, False) if find_vendor(program.vendor).advance_stops else program
+
+
+def overrides_ahead(program: st.Program, work: TranslationContext) -> st.Program:
+    """An override of KRL holds as soon as the advance run comes to it, also for the moves that are under way.
+
+    No manual at hand has `$OV_PRO` among what stops the advance run. `WAIT SEC 0` stands before one that only exact
+    stops lead to, where the arm stands anyway; behind a corner it is told.
+    """
+    if not find_vendor(work.target).advance_stops or work.source.vendor == work.target:
+        return program
+    return _with_overrides(program, work, True)
+
+
+def _with_overrides(program: st.Program, work: TranslationContext, waited: bool) -> st.Program:
+    if not any(isinstance(s, st.SetOverride) for s in program.statements()):
+        return program
+
+    def last(s: st.Statement) -> Mapping[Key, int]:
+        if isinstance(s, st.Move):
+            return {_LAST: _STOPPED if s.blend is not None and _is_exact(s.blend) else _CORNER}
+        return {_LAST: 0} if type(s) in _STANDING else {}
+
+    ways = reaching(program, last, _STANDING)
+    routines = []
+    for routine in program.routines:
+        rows: list[st.Statement] = []
+        for index, s in enumerate(routine.body):
+            before = ways.at(routine.name, index, _LAST) if isinstance(s, st.SetOverride) else frozenset()
+            if _CORNER in before or (_STOPPED in before and not waited):
+                work.lose(s, Fate.APPROXIMATED, "order", _SLOWED)
+            elif _STOPPED in before:
+                rows.append(st.Dwell(s.line, Quantity(Number(0), 1.0)))
+            rows.append(s)
+        routines.append(with_rows(routine, rows) if len(rows) != len(routine.body) else routine)
     return with_routines(program, routines)
 
 

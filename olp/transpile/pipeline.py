@@ -40,7 +40,13 @@ from olp.runtime.assumptions import (
 from olp.runtime.interpreter import run
 from olp.runtime.made_up import MadeUp
 from olp.runtime.plan import Plan
-from olp.transpile.advance import continue_statements, needless_stands, stopped_advance
+from olp.transpile.advance import (
+    continue_statements,
+    needless_stands,
+    overrides_ahead,
+    overrides_read_ahead,
+    stopped_advance,
+)
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
 from olp.transpile.arrays import (
@@ -255,6 +261,7 @@ _TO_NAMES: Final[tuple[Pass, ...]] = (
     signals,
     names,
     continue_statements,
+    overrides_ahead,
 )
 
 
@@ -309,6 +316,7 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     handlers,
     spelling,
     stopped_advance,
+    overrides_read_ahead,
     triggers,
     on_the_way,
     move_end_actions,
