@@ -3726,3 +3726,39 @@ def test_an_override_of_krl_behind_a_move_is_told_elsewhere():
     for target in ("rapid", "tp", "inform", "urscript"):
         told = [x.line for x in losses(krl(*HOME, *rows), "krl", target) if "advance run sets it" in x.says]
         assert told == [2 + len(HOME), 4 + len(HOME)]  # and not behind the wait
+
+
+@pytest.mark.parametrize(
+    ("rows", "counts"),
+    [
+        (("n:=6;", "FOR i FROM 1 TO n DO"), True),
+        (("n:=Round(7.6/2);", "FOR i FROM n TO 1 STEP -1 DO"), True),
+        (("n:=8 DIV 2;", "FOR i FROM n-3 TO n*2-1 DO"), True),
+        (("n:=GInput(gi1)+3;", "FOR i FROM 1 TO n DO"), True),
+        (("n:=6/2;", "FOR i FROM 1 TO n DO"), False),  # 3, of a type that FOR refuses
+        (("n:=7;", "FOR i FROM 1 TO n/2 DO"), False),
+        (("n:=2.0*2;", "FOR i FROM n TO 1 STEP -1 DO"), False),
+        (("n:=ai1+3;", "FOR i FROM 1 TO n DO"), False),
+        (("n:=half(7);", "FOR i FROM 1 TO n DO"), False),
+    ],
+)
+def test_for_of_tp_counts_between_whole_numbers_alone(rows, counts):
+    """INTP-672, "Value type is not integer": a division, also one without a rest, stops the program at its FOR."""
+    function = ("ENDPROC", "FUNC num half(num x)", "RETURN x/2;", "ENDFUNC", "PROC other()")
+    text = module(*rows, "PulseDO do1;", "ENDFOR", *function, data=("VAR num n:=1;",))
+    assert bool([row for row in code(translated(text, "rapid", "tp"), "!") if "FOR R[" in row]) is counts
+    assert not objections(text, "rapid", "tp")
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_no_text_stands_left_of_what_it_is_compared_with(target):
+    """`IFTHENEXP "z"=S000`, `IF ('abc'='abc')`: jobs and listings have variables there, and SWITCH chooses by one."""
+    rows = ('t:="q";', 'IF di1=1 t:="z";', 'IF "z"=t SetDO do1,1;', 'IF s="abc" SetDO do2,1;', 'IF s<>"abc" SetDO do3,1;',
+            'WHILE "q"<>t AND 2<n DO', "n:=n-1;", "ENDWHILE", 'b:="z"=t;', "IF b SetDO do4,1;", "TEST k", 'CASE "x":',
+            "SetDO do5,1;", "ENDTEST", "TEST 3", "CASE 3:", "SetDO do6,1;", "ENDTEST", 'WaitUntil "z"=t OR di3=1;')  # fmt: skip
+    data = ('VAR string s:="abc";', "VAR string t;", "VAR num n:=3;", "VAR bool b;", 'CONST string k:="x";')
+    text = module(*rows, data=data)
+    made = "\n".join(code(translated(text, "rapid", target), "!"))
+    assert not re.search(r"""['"]\s*(=|<>)""", made)
+    assert not re.search(r"SWITCH\s+[\"'\d]", made)
+    assert not objections(text, "rapid", target)

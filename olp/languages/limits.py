@@ -184,7 +184,7 @@ class Limits:
     signal_variables: Mapping[str, str] = field(default_factory=dict)  # bus -> type
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
     for_counts_whole: bool = False  # FOR counts with integers alone
-    for_bounds_whole: bool = False  # its bounds are integers where they are written out
+    for_bounds_whole: bool = False  # its bounds are integers, also those in variables
     has_configuration: bool = True  # a pose can say how the arm stands
     products_forget_flags: bool = False  # a product of poses has the arm flags of its last factor
     speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI

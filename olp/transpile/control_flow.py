@@ -22,7 +22,7 @@ from olp.ir.expressions import (
 )
 from olp.ir.transformer import expressions_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.integer_inference import counts_fractions
+from olp.transpile.integer_inference import WholeValues, counts_fractions
 from olp.transpile.name_types import reached_from
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
 from olp.transpile.symbols import Symbols, kind_of_value
@@ -84,6 +84,13 @@ class _Counters:
     program: st.Program
     lowered: st.Program
     _named: dict[type, dict[Expression, set[str]]] = field(default_factory=dict)
+    _whole: WholeValues | None = None
+
+    def whole(self, work: TranslationContext) -> WholeValues:
+        """Which of its values are whole numbers."""
+        if self._whole is None:
+            self._whole = WholeValues(self.lowered, work.registers)
+        return self._whole
 
     def named_in(self, variable: Expression) -> set[str]:
         """The routines that name a loop's variable."""
@@ -373,7 +380,7 @@ class _Target:
         assert isinstance(head, st.For)
         step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
         step_fits = step_fits and not (limits.for_counts_whole and self._counts_fractions(head))
-        step_fits = step_fits and not (limits.for_bounds_whole and counts_fractions(head))
+        step_fits = step_fits and not (limits.for_bounds_whole and self._is_between_whole(head))
         there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
         other_end = there.for_declares or there.for_keeps_last is not keeps_last
         changed = _names_changed(block)
@@ -404,6 +411,13 @@ class _Target:
         loop, inside = self._inside(as_while, jumps=not limits.has_while)
         counted = Block([(as_while.opener, [*inside, count])], as_while.closer)
         return [*before, *self._while_of(counted), *last, *self._end(loop, closer)]
+
+    def _is_between_whole(self, head: st.For) -> bool:
+        """Whether a loop may begin or end at a fraction, or at a whole number of a type that holds fractions."""
+        if counts_fractions(head):
+            return True
+        whole = self.counters.whole(self.work)
+        return not all(whole.holds(self.routine.name, e) for e in (head.start, head.stop))
 
     def _counts_fractions(self, head: st.For) -> bool:
         """Whether a loop's variable may hold fractions; where its type is still to be found, what is written tells."""

@@ -48,6 +48,20 @@ def whole_numbers(program: st.Program, work: TranslationContext) -> st.Program:
     return _rounded(program, work)
 
 
+class WholeValues:
+    """Which values of a program are whole numbers, whatever way it takes, and are computed as such (no 2.0, no 6/2)."""
+
+    def __init__(self, program: st.Program, registers: Set[str]) -> None:
+        self._held = _Held(symbols_of(program), written=True)
+        for routine in program.routines:
+            self._held.note(routine)
+        self._whole = self._held.whole(self._held.unset(registers))
+
+    def holds(self, routine: str, e: ex.Expression) -> bool:
+        """Whether an expression of a routine is such a value."""
+        return self._held._is_whole(routine, e, self._whole)
+
+
 def remainders(program: st.Program, work: TranslationContext) -> st.Program:
     """Tells where a remainder of what may be below zero is taken: no manual says which sign it has."""
     found = [
@@ -169,9 +183,13 @@ def _wanted(symbols: Symbols, routine: st.Routine) -> Iterator[Key]:
 
 @dataclass(slots=True)
 class _Held:
-    """`values`: what each number is set to, with the routine where that stands; None: nobody knows."""
+    """`values`: what each number is set to, with the routine where that stands; None: nobody knows.
+
+    `written`: a number that is written with decimals (2.0) counts as a fraction.
+    """
 
     symbols: Symbols
+    written: bool = False
     values: dict[Key, list[tuple[str, ex.Expression | None]]] = field(default_factory=dict)
     loops: dict[Key, list[tuple[str, st.For]]] = field(default_factory=dict)  # those that a number counts
 
@@ -292,7 +310,7 @@ class _Held:
     def _is_whole(self, routine: str, e: ex.Expression | None, whole: set[Key]) -> bool:
         match e:
             case ex.Number(value):
-                return float(value).is_integer()
+                return isinstance(value, int) if self.written else float(value).is_integer()
             case ex.Unary("-", operand):
                 return self._is_whole(routine, operand, whole)
             case ex.Binary("div" | "mod" | "and" | "or" | "xor"):

@@ -566,7 +566,10 @@ class Values:
         return e
 
     def _plain_flag(self, e: ex.Expression) -> ex.Expression:
-        """A variable that holds 0 or 1, where a condition stands."""
+        """A variable that holds 0 or 1, where a condition stands; no text stands left of what it is compared with."""
+        if isinstance(e, ex.Compare) and type(e.left) is ex.Text:
+            known = _known(e)
+            return known if known is not e else ex.Compare(e.operator, e.right, e.left)
         if isinstance(e, ex.Logic):
             rest = tuple((word, self._as_comparison(part)) for word, part in e.rest)
             return ex.Logic(self._as_comparison(e.first), rest)
@@ -714,6 +717,8 @@ def _counts_of(e: ex.Member) -> int:
 def _known(e: ex.Expression) -> ex.Expression:
     """A condition without the parts that numbers decide, calls apart."""
     if isinstance(e, ex.Compare) and type(e.left) is ex.Number and type(e.right) is ex.Number:
+        return ex.SignalState(COMPARED[e.operator](e.left.value, e.right.value))
+    if isinstance(e, ex.Compare) and type(e.left) is ex.Text and type(e.right) is ex.Text:
         return ex.SignalState(COMPARED[e.operator](e.left.value, e.right.value))
     words = {word for word, _ in e.rest} if isinstance(e, ex.Logic) else set()
     if not isinstance(e, ex.Logic) or words not in ({"and"}, {"or"}):
@@ -906,6 +911,10 @@ class _Hoist(Values):
             return [Block([(head, [*inside[0][1], *before])], replace(block.closer, condition=condition))]
         if isinstance(head, st.Switch):
             value = self.value(head.value, before, alone=True)
+            if self.simple and isinstance(value, (ex.Number, ex.Text)):  # jobs seen choose by variables
+                chosen = self._made("string" if isinstance(value, ex.Text) else "real")
+                before.append(st.Assign(head.line, chosen, value))
+                value = chosen
             return [*before, Block([(replace(head, value=value), inside[0][1]), *inside[1:]], block.closer)]
         if isinstance(head, st.For):
             parts = (head.start, head.stop, *(() if head.step is None else (head.step,)))

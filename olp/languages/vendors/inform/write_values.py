@@ -37,6 +37,9 @@ def decimal(value: float, at_least: int = 0) -> str:
     return generator.decimal(value, at_least, "job")
 
 
+_CONSTANTS: Final = (ex.Number, ex.Text)
+
+
 class InformValues(Generator):
     """Spells expressions. `aliases`: the job's names of variables; `digits`: of a variable's number.
 
@@ -152,7 +155,8 @@ class InformValues(Generator):
                 "a condition that compares nothing", "write it as comparisons joined by AND and OR"
             )
         left, operator, right = e.left, e.operator, e.right
-        if type(left) is ex.Number and type(right) is not ex.Number:  # jobs seen have no number there
+        # Jobs seen have neither a number nor a text there.
+        if type(left) in _CONSTANTS and type(right) not in _CONSTANTS:
             left, operator, right = right, MIRRORED.get(operator, operator), left
         return f"{self.value(left)}{operator}{self.value(right)}"
 

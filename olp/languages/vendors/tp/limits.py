@@ -68,6 +68,8 @@ LIMITS: Final = Limits(
     external_axes=3,
     has_elseif=False,
     for_step_is_one=True,
+    # "INTP-672 Value type is not integer", also where a division or 2.0 gave a whole number (R-30iB, operator's manual,
+    # FOR/ENDFOR instructions)
     for_bounds_whole=True,
     speed_steps={SpeedUnit.FRACTION: percent},
     acceleration_step=percent,
