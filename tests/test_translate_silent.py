@@ -3753,12 +3753,25 @@ def test_for_of_tp_counts_between_whole_numbers_alone(rows, counts):
 @pytest.mark.parametrize("target", ["inform", "tp"])
 def test_no_text_stands_left_of_what_it_is_compared_with(target):
     """`IFTHENEXP "z"=S000`, `IF ('abc'='abc')`: jobs and listings have variables there, and SWITCH chooses by one."""
-    rows = ('t:="q";', 'IF di1=1 t:="z";', 'IF "z"=t SetDO do1,1;', 'IF s="abc" SetDO do2,1;', 'IF s<>"abc" SetDO do3,1;',
-            'WHILE "q"<>t AND 2<n DO', "n:=n-1;", "ENDWHILE", 'b:="z"=t;', "IF b SetDO do4,1;", "TEST k", 'CASE "x":',
-            "SetDO do5,1;", "ENDTEST", "TEST 3", "CASE 3:", "SetDO do6,1;", "ENDTEST", 'WaitUntil "z"=t OR di3=1;')  # fmt: skip
+    rows = ('t:="q";', 'IF di1=1 t:="z";', 'IF "z"=t SetDO do1,1;', 'IF s="abc" SetDO do2,1;', "TEST 3", "CASE 3:",
+            'WHILE "q"<>t AND 2<n DO', "n:=n-1;", "ENDWHILE", 'b:="z"=t;', "SetDO do6,1;", "ENDTEST", "TEST k",
+            'CASE "x":', "SetDO do5,1;", "ENDTEST", 'IF s<>"abc" SetDO do3,1;', "IF b SetDO do4,1;",
+            'WaitUntil "z"=t OR di3=1;')  # fmt: skip
     data = ('VAR string s:="abc";', "VAR string t;", "VAR num n:=3;", "VAR bool b;", 'CONST string k:="x";')
     text = module(*rows, data=data)
     made = "\n".join(code(translated(text, "rapid", target), "!"))
     assert not re.search(r"""['"]\s*(=|<>)""", made)
     assert not re.search(r"SWITCH\s+[\"'\d]", made)
     assert not objections(text, "rapid", target)
+
+
+@pytest.mark.parametrize(("target", "shortest", "longest"), [("tp", 0.1, 25.5), ("krl", 0.1, 3.0)])
+def test_pulses_are_as_long_as_the_target_takes_them(target, shortest, longest):
+    """`DO[1]=PULSE,60sec` and `PULSE ($OUT[1],TRUE,0.05)` were "exact"; the controllers stop there."""
+    for seconds in (shortest, longest):
+        made = converted(module(f"PulseDO\\High\\PLength:={seconds},do1;"), "rapid", target).translated
+        assert not [x for x in made.losses if x.fate is not Fate.EXACT]
+    text = module("PulseDO\\High\\PLength:=0.05,do1;")
+    assert [(x.part, x.size) for x in losses(text, "rapid", target)] == [("duration", pytest.approx(0.05))]
+    assert re.search(r"PULSE.*,0\.1", translated(text, "rapid", target))
+    assert "longest" in refused(module(f"PulseDO\\High\\PLength:={longest + 1},do1;"), "rapid", target)[3]

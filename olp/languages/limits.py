@@ -200,6 +200,7 @@ class Limits:
     radius_step: float = 0.0  # of a blend [m]; 0: any
     bounds_turning: bool = False  # a move can bound how fast the tool turns
     longest_pulse: float = 0.0  # [s]; 0: no bound
+    shortest_pulse: float = 0.0  # [s]
     pulse_note: str = ""  # what a translated pulse needs there that the source's does not
     wait_step: float = 0.0  # [s] of waits, also the shortest one; 0: any
     longest_wait: float = 0.0  # [s] that a wait lasts, or waits for its condition; 0: no bound

@@ -420,6 +420,11 @@ def pulses(program: st.Program, work: TranslationContext) -> st.Program:
             says = f"a pulse of {lasts:g} s: {longest:g} s is the longest one"
             help = "set the output, wait and reset it, or --on-loss comment writes it as a comment"
             work.lose(s, Fate.REFUSED, "statement", says, help=help)
+        elif lasts is not None and 0.0 < lasts < work.limits.shortest_pulse:
+            shortest = work.limits.shortest_pulse
+            says = f"a pulse of {lasts:g} s: {shortest:g} s is the shortest one"
+            work.lose(s, Fate.APPROXIMATED, "duration", says, shortest - lasts, "s")
+            return replace(s, duration=ex.Quantity(ex.Number(shortest), 1.0))
         elif longest and lasts is None:
             work.note_at(s, f"a pulse that is computed must not last longer than {longest:g} s")
         if work.limits.pulse_note:

@@ -912,7 +912,8 @@ class _Hoist(Values):
         if isinstance(head, st.Switch):
             value = self.value(head.value, before, alone=True)
             if self.simple and isinstance(value, (ex.Number, ex.Text)):  # jobs seen choose by variables
-                chosen = self._made("string" if isinstance(value, ex.Text) else "real")
+                kind = kind_of_value(self.symbols, self.routine, value)
+                chosen = self._made(kind or "real")
                 before.append(st.Assign(head.line, chosen, value))
                 value = chosen
             return [*before, Block([(replace(head, value=value), inside[0][1]), *inside[1:]], block.closer)]

@@ -36,6 +36,9 @@ LIMITS: Final = Limits(
     names=r"[A-Za-z][A-Za-z0-9_]*",
     # $WAITTMOUT takes 0 to 32767 hundredths (industrialmonitordirect.com, wait timeout), WAIT as much (from memory)
     longest_wait=327.67,
+    # DO[1]=PULSE,0.1sec to 25.5sec (operator's manual, I/O instructions; from memory, no page at hand)
+    shortest_pulse=0.1,
+    longest_pulse=25.5,
     numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
     # At controlled start (Program Limits Setup): position registers up to 2000 for one group, numbers up to 1500 of an
     # R-30iB (the numbers from memory, no page at hand); texts: no bound told.
