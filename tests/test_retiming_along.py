@@ -16,7 +16,7 @@ from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan
 from olp.runtime.recorder import Recorder
 from olp.timing.retiming import Singular, along_path
-from olp.timing.retiming.along import _paths
+from olp.timing.retiming.along import _paths, sample
 from olp.timing.timing import time_plan
 
 LINEAR, JOINT, CIRCULAR, SPLINE = (
@@ -65,6 +65,34 @@ def test_speed_axis_and_place_are_those_of_a_close_look(seed):
     assert found.axis[0] == np.argmin(by_axis)
     steepest = slope[:, found.axis[0]]
     assert np.interp(found.place[0], place, steepest) == pytest.approx(steepest.max(), rel=0.01)
+
+
+def test_a_row_that_a_loop_passes_again_is_looked_at_once_and_has_the_same_limits(monkeypatch):
+    rng = np.random.default_rng(3)
+    ends = [CALM + rng.uniform(-0.4, 0.4, 6) for _ in range(3)]
+    sampled = []
+
+    def counted(plan, robot, rows, count):
+        sampled.append(len(rows))
+        return sample(plan, robot, rows, count)
+
+    monkeypatch.setattr("olp.timing.retiming.along.sample", counted)
+    once, thrice = along_path(plan_of(*ends, ends[0])), along_path(plan_of(*(ends * 3), ends[0]))
+    assert len(thrice.speed) == 9
+    assert sum(sampled) == 2 * 3  # each of the three lines in each plan
+    for name in (
+        "known",
+        "speed",
+        "axis",
+        "place",
+        "acceleration",
+        "paced",
+        "singular",
+        "nearness",
+        "lost",
+        "outside",
+    ):
+        assert np.array_equal(getattr(thrice, name), np.tile(getattr(once, name), 3), equal_nan=True), name
 
 
 def test_a_spline_that_turns_back_is_as_fast_as_the_line_that_it_is():

@@ -675,6 +675,8 @@ PLAIN = [
     "x = p[0, -0, 0.0, -0.0, +0, 12345678901234567]",
     "x = p[1, 2, 3, 4]",
     "movel(P1 , a = 1.2,v=0.25 )",
+    "movel(pose_trans(frame_5, P1), v=weld_speed * 0.001, r=0.002)",
+    "movel(P1, v=speed*2)",
 ]
 
 
@@ -699,6 +701,9 @@ def test_the_fast_path_gives_what_the_grammar_gives(line: str) -> None:
         "movej(f(x))",
         "movel(P1,)",
         "movel(P1, v=1 #)",
+        "movel(P1, v=speed * 2 + 1)",
+        "movel(P1, v=speed * -2)",
+        "movel(P1, v=not * 2)",
         "movel(P1 v=1)",
     ],
 )

@@ -197,6 +197,8 @@ def _convert(
     part: Whole, context: Context, args: Namespace
 ) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
     """The files, the receipt, and what was wrong in routines that are not converted."""
+    from contextlib import ExitStack
+
     from olp.core.garbage_collection import no_garbage_collection
     from olp.core.result_cache import TextCache, remembering
     from olp.transpile.commented_out import UNCONVERTED, with_texts
@@ -215,11 +217,12 @@ def _convert(
         except OlpError as refused:
             raise OlpError(*map(linked.located, refused.diagnostics)) from None
         robots = (context.robot, context.target_robot)
-        runs = runs_of(linked.program, converted, args.to, robots)
         names = tuple(converted.files)
-        receipt = receipt_of(
-            linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
-        )
+        with ExitStack() as lasting:
+            runs = runs_of(linked.program, converted, args.to, robots, lasting)
+            receipt = receipt_of(
+                linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
+            )
     unconverted = [linked.located(d) for d in linked.program.diagnostics if d.code == UNCONVERTED]
     return converted.files, receipt, unconverted
 

@@ -401,7 +401,8 @@ _ALL = 100_000  # more variables than any controller has
 
 
 def assign(m: Machine, s: st.Assign) -> None:
-    store_value(m, s.target, evaluate(m, s.value))
+    value = s.value
+    store_value(m, s.target, m.operations.evaluators[type(value)](m, value))
 
 
 def store_value(m: Machine, target: ex.Expression, value: Value) -> None:

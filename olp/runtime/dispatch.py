@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, Final
 
+from olp.core import result_cache
 from olp.core.diagnostic import OlpError, error
 from olp.ir import expressions as ex
 from olp.ir import program as st
@@ -78,13 +79,7 @@ def guessed(program: st.Program) -> str:
     main = main_routine(program)
     if main is None or not program.main_is_guessed:
         return ""
-    called = {
-        one.routine.casefold()
-        for routine in program.routines
-        for s in routine.body
-        for one in (s, *expressions_of(s))
-        if isinstance(one, (st.Call, st.StartTask, ex.CallValue))
-    }
+    called = _called(program.routines)
     others = [
         r.name
         for r in program.routines
@@ -97,6 +92,25 @@ def guessed(program: st.Program) -> str:
         return ""
     says = f"{main.name} is run: the file does not say where it begins"
     return f"{says}; olp time --routine starts another ({_some(others)})"
+
+
+def _called(routines: tuple[st.Routine, ...]) -> frozenset[str]:
+    """The routines that something calls or starts, their names folded."""
+    known = result_cache.shelf("called routines")  # a translation is proven by many runs of the same routines
+    before = None if known is None else known.get(id(routines))
+    if before is not None and before[0] is routines:
+        names: frozenset[str] = before[1]
+        return names
+    found = frozenset(
+        one.routine.casefold()
+        for routine in routines
+        for s in routine.body
+        for one in (s, *expressions_of(s))
+        if isinstance(one, (st.Call, st.StartTask, ex.CallValue))
+    )
+    if known is not None:
+        known.put(id(routines), (routines, found))
+    return found
 
 
 def _some(names: list[str]) -> str:

@@ -179,6 +179,7 @@ _ARITHMETIC: Mapping[str, Callable[[Any, Any], Any]] = {
     "-": operator.sub,
     "*": operator.mul,
 }
+_NUMBERS: Final = frozenset((int, float))
 _BITWISE: Mapping[str, Callable[[int, int], int]] = {
     "and": operator.and_,
     "or": operator.or_,
@@ -196,6 +197,9 @@ COMPARED: Mapping[str, Callable[[Any, Any], bool]] = {
 
 def calculate(sign: str, left: Value, right: Value) -> Value:
     """`left sign right` on numbers or strings; `/` of two integers is exact. Raises StatementError."""
+    usual = _ARITHMETIC.get(sign)
+    if usual is not None and type(left) in _NUMBERS and type(right) in _NUMBERS:
+        return finite(usual(left, right))
     if isinstance(left, str) and sign == "+" and isinstance(right, (str, int, float)):
         return f"{left}{right}"
     if not isinstance(left, (int, float)) or not isinstance(right, (int, float)):
@@ -315,12 +319,18 @@ def holds(m: Machine, condition: ex.Expression) -> bool:
 
 def write_variable(m: Machine, target: ex.Variable, value: Value) -> None:
     """Stores a value as the variable's kind holds it. Raises StatementError when it does not fit."""
-    store_variable(m, target.store, whole(m, target.index), target.local, value)
+    index = target.index
+    place = index.value if type(index) is ex.Number and type(index.value) is int else whole(m, index)
+    store_variable(m, target.store, place, target.local, value)
 
 
 def _variable(m: Machine, v: ex.Variable) -> Value:
-    index = v.index.value if type(v.index) is ex.Number else whole(m, v.index)
-    return read_variable(m, v.store, int(index), v.local)
+    index = int(v.index.value) if type(v.index) is ex.Number else whole(m, v.index)
+    if not v.local:
+        value = m.memory.values.get((v.store, index))
+        if value is not None:
+            return value
+    return read_variable(m, v.store, index, v.local)
 
 
 def _taught(m: Machine, taught: ex.Taught) -> Value:
@@ -353,15 +363,16 @@ def _compare(m: Machine, e: ex.Compare) -> Value:
 
 def both(m: Machine, left: ex.Expression, right: ex.Expression) -> tuple[Value, Value]:
     """Two values that are compared or combined: one that no file says is the zero of the other's kind."""
+    evaluators = m.operations.evaluators
     try:
-        first = evaluate(m, left)
+        first = evaluators[type(left)](m, left)
     except StatementError as problem:
         if not m.may_assume(problem) or problem.code == "I215":
             raise
         second = known(m, right, 0)
         return known(m, left, _zero_like(second, problem)), second
     try:
-        return first, evaluate(m, right)
+        return first, evaluators[type(right)](m, right)
     except StatementError as problem:
         if not m.may_assume(problem) or problem.code == "I215":
             raise

@@ -265,6 +265,7 @@ class Jobs:
     _read_files: set[Path] = field(default_factory=set)
     _beside: dict[Path, bytes] | None = None  # files not read so far, and what they hold in lower case
     _searched: set[str] = field(default_factory=set)  # names that no file left in `_beside` holds
+    _looked_for: set[str] = field(default_factory=set)  # names whose own file was looked for, found or not
 
     def __post_init__(self) -> None:
         if self.folder is not None and self.program.path:
@@ -355,8 +356,9 @@ class Jobs:
 
     def _read(self, key: str) -> None:
         """Reads the file called like the job, else the one whose head names it."""
-        if self.folder is None:
+        if self.folder is None or key in self._looked_for:
             return
+        self._looked_for.add(key)
         suffix = Path(self.program.path).suffix
         path = files_by_stem(self.folder, suffix).get(key) or files_by_name_record(self.folder, suffix).get(
             key

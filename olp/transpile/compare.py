@@ -611,7 +611,7 @@ def _distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 
 
 def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    if any(map(math.isnan, (*a, *b))) or not a or not b:
+    if a == b or any(map(math.isnan, (*a, *b))) or not a or not b:
         return 0.0
     x, y = np.array(a), np.array(b)
     chord = min(float(np.linalg.norm(x - y)), float(np.linalg.norm(x + y)))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import codecs
 import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
@@ -34,6 +34,8 @@ from olp.transpile.dead_code import name_of
 from olp.transpile.pipeline import MOST_AGAIN, asked_inputs, canonical, plan_of, refusals
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from olp.robots.model import Robot
     from olp.runtime.assumptions import Assumptions, SignalKey
     from olp.runtime.made_up import MadeUp
@@ -329,7 +331,12 @@ def _read_again(
     """The programs of the files, and what runs them: inputs of the source, how many statements, made-up values."""
     from olp.core.files import temporary_cell
     from olp.languages.vendor import find_vendor, read
+    from olp.runtime.folder import read_cached
     from olp.runtime.interpreter import run
+
+    def read_once(path: Path) -> Program:
+        cached = read_cached(path)  # as the runs do that come to it
+        return cached if cached.vendor == vendor else read(path, vendor=vendor)
 
     with temporary_cell() as folder:
         paths = [folder / name for name in converted.files]
@@ -340,7 +347,7 @@ def _read_again(
         raise_errors(program.diagnostics)
         suffixes = find_vendor(vendor).suffixes
         others = [p for p in paths if p != main and p.suffix.lower() in suffixes]
-        written = [program, *(read(path, vendor=vendor) for path in others)]
+        written = [program, *map(read_once, others)]
 
         def plan(
             inputs: Mapping[SignalKey, tuple[int, ...]], steps: int, made_up: MadeUp | None, start: str = ""
@@ -394,12 +401,17 @@ def _surroundings(
 
 
 def runs_of(
-    source: Program, converted: Converted, vendor: str, robots: tuple[Robot | None, Robot | None]
+    source: Program,
+    converted: Converted,
+    vendor: str,
+    robots: tuple[Robot | None, Robot | None],
+    lasting: ExitStack | None = None,
 ) -> PlanRuns:
     """Both programs run: as olp.toml and the usual assumptions have it, and again with the inputs that they ask for on.
 
     `robots`: of the source, and of the translation where it is another one. Further programs that the source holds
-    (`Routine.starts`) run behind these.
+    (`Routine.starts`) run behind these. `lasting`: keeps the files of the translation for runs with one made-up value
+    (`MadeUpRun.alone`), which else are read again for each.
     """
     from olp.runtime.end_actions import shown_at_ends
     from olp.runtime.made_up import MadeUp
@@ -443,7 +455,9 @@ def runs_of(
             return plan, again({}, most, those(), start)
 
     try:
-        with _read_again(converted, vendor, target, source) as (written, again):
+        with ExitStack() as here_alone:
+            files = lasting or here_alone
+            written, again = files.enter_context(_read_again(converted, vendor, target, source))
             there = [again({}, _MOST_STEPS, as_in(plain))]
             there += [
                 again(inputs, MOST_AGAIN, as_in(here)) for inputs, here in zip(sets, with_inputs, strict=True)
@@ -459,7 +473,8 @@ def runs_of(
                 for program, start in zip((left, *others), ("", *starts), strict=True)
                 for run in unknown.runs(partial(both, program, start), plain.asked)
             ]
-            reading.clear()
+            if lasting is None:
+                reading.clear()
     except OlpError:
         return PlanRuns(tuple(first), (None,) * len(first))
     labels = (*("" for _ in first), *starts)

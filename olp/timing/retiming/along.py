@@ -189,13 +189,18 @@ def along_path(
             if not len(fresh):
                 known.keep(result)
                 continue
-            looked = sample(plan, robot, fresh, samples)
+            # A program in a loop passes the same row again and again: each is looked at once.
+            single, alike = _distinct(plan, robot, fresh, speeds, pushes)
+            looked = sample(plan, robot, single, samples)
             _inside(plan, robot, looked, speeds, pushes, result)
+            _copy(result, single[alike], fresh)
             # Where axes move further between two samples than was wanted, a singularity may be near: look closer.
-            doubtful = fresh[coarse(looked)]
+            doubtful = np.flatnonzero(coarse(looked)[alike])
             again = doubtful[: MOST // (_CLOSER * samples)]
             if len(again):
-                _inside(plan, robot, sample(plan, robot, again, _CLOSER * samples), speeds, pushes, result)
+                closer = single[np.unique(alike[again])]
+                _inside(plan, robot, sample(plan, robot, closer, _CLOSER * samples), speeds, pushes, result)
+                _copy(result, single[alike[again]], fresh[again])
             if len(again) == len(doubtful):
                 known.keep(result)
     unsure = (result.singular >= 0) | ~np.isnan(result.lost) | ~result.known
@@ -492,6 +497,28 @@ def _asked(plan: Plan, robot: Robot, rows: Rows, speeds: Floats, pushes: Floats)
     single = (moves.path, moves.before, moves.length, moves.angle, speeds, pushes)
     columns = np.stack([np.asarray(one[rows], dtype=np.float64) for one in single], axis=1)
     return np.concatenate((*ends, third, columns), axis=1)
+
+
+def _distinct(
+    plan: Plan, robot: Robot, rows: Rows, speeds: Floats, pushes: Floats
+) -> tuple[Rows, NDArray[np.intp]]:
+    """The first of all rows (r,) that are equal bit for bit in what decides their results, and which of these each row
+    is equal to (r,).
+    """
+    _, first, alike = np.unique(
+        _bits(_asked(plan, robot, rows, speeds, pushes)), return_index=True, return_inverse=True
+    )
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return rows[first[order]], rank[alike]
+
+
+def _copy(result: PathLimits, rows: Rows, to: Rows) -> None:
+    """Write what was found along `rows` (r,) to the rows `to` (r,)."""
+    for name in _FOUND:
+        column = getattr(result, name)
+        column[to] = column[rows]
 
 
 def _bits(table: Floats) -> NDArray[np.void]:

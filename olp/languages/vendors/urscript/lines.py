@@ -29,6 +29,7 @@ from olp.languages.vendors.urscript.syntax import (
     PlainPose,
     UrscriptArgument,
     UrscriptName,
+    UrscriptPair,
     pose_of,
 )
 
@@ -49,7 +50,9 @@ _MOVE: Final = re.compile(
     re.ASCII,
 )
 _POINT: Final = re.compile(rf"(?:(global|local) )?({_NAME}) ?= ?(p?\[{_SOME}\])", re.ASCII)
-_ARGUMENT: Final = re.compile(rf"(?:({_NAME}) ?= ?)?(?:({_NUMBER})|({_NAME}))", re.ASCII)
+_ARGUMENT: Final = re.compile(
+    rf"(?:({_NAME}) ?= ?)?(?:({_NUMBER})|({_NAME})(?: ?\* ?(\d+(?:\.\d*)?))?)", re.ASCII
+)
 _WORDS: Final = frozenset((
     "and", "or", "xor", "not", "if", "elif", "else", "while", "end", "def", "thread", "sec", "return",
     "break", "continue", "global", "local", "join", "kill", "run", "True", "False", "true", "false",
@@ -151,12 +154,15 @@ def _read_arguments(tail: str) -> tuple[UrscriptArgument, ...] | None:
 
 
 def _given(match: re.Match[str]) -> UrscriptArgument | None:
-    name, number, value = match.groups()
-    if name in _WORDS or value in _WORDS or len(number or "") > _LONGEST:
+    name, number, value, factor = match.groups()
+    if name in _WORDS or value in _WORDS or len(number or factor or "") > _LONGEST:
         return None
-    return UrscriptArgument(
-        name or "", Literal(_number(number)) if number is not None else UrscriptName(value)
-    )
+    if number is not None:
+        return UrscriptArgument(name or "", Literal(_number(number)))
+    given: Node = UrscriptName(value)
+    if factor is not None:
+        given = UrscriptPair("*", given, Literal(_number(factor)))
+    return UrscriptArgument(name or "", given)
 
 
 def _number(text: str) -> int | float:
