@@ -147,6 +147,58 @@ def test_ramps_that_overlap_as_long_as_the_shorter_of_both_takes_leave_nothing()
     assert found.findings[0].parameters["overlap"].value == pytest.approx(0.8, abs=0.05)
 
 
+def stepped(rest, fast, slow, step=1e-4):
+    """[s] that a ramp from rest takes for its first `rest` metres, no faster than `fast`: played in steps of time."""
+    way, pace, time = np.zeros((3, len(rest)))
+    while (going := way < rest).any():
+        new = np.minimum(pace + slow * step, fast)
+        gone = 0.5 * (pace + new) * step
+        part = np.where(going, np.minimum(1.0, (rest - way) / gone), 0.0)
+        way, pace, time = way + part * gone, new, time + part * step
+    return time
+
+
+@pytest.mark.parametrize("split", [1.0, 0.5, 0.0])
+@pytest.mark.parametrize("law", ["braking", "share shorter"])
+def test_a_corner_belongs_to_two_moves_whose_ramps_gravity_changes_each_by_its_own_incline(
+    law, split, tmp_path
+):
+    """Going up the arm brakes harder, and then going down it starts harder: what each move gets of a corner hangs on
+    the ramps of both, also where the recording is a part of the moves."""
+    made, rng = programmed()
+    pull = 0.3 * (made.end - made.start)[:, 2] / made.length
+    up, down = A * (1 - pull), A * (1 + pull)
+    fast = np.minimum(made.speed, np.sqrt(2 * made.length / (1 / up + 1 / down)))
+    rounding = np.where(
+        made.stop, 0.0, np.minimum(made.blend, 0.5 * (shorter(made) if law == "braking" else made.length))
+    )
+    saved = stepped(rounding, fast, down)
+    if law == "share shorter":
+        into = np.append(
+            np.where(made.stop[:-1], 0.0, np.minimum(made.blend[:-1], 0.5 * made.length[1:])), 0.0
+        )
+        saved = np.minimum(saved, stepped(into, np.append(fast[1:], 1.0), np.append(up[1:], A)))
+    sim = made.length / top(made) + top(made) / A
+    pulled = planted.play(made.length, made.speed, up, down)
+    gained = np.minimum(booked(saved, split), 0.9 * pulled)  # a short move behind a slow one hardly lasts
+    case = case_of(recorded(tmp_path, made, pulled - gained, sim, rng)).case
+    gravity, blending = load_term("gravity"), load_term("blending")
+    steep = next(form for form in gravity.forms(case) if form.key == "against and with")
+    cut = next(form for form in blending.forms(case) if form.key == law)
+    parts = (ModelPart(gravity, steep, np.array([0.3])), ModelPart(blending, cut, np.array([1.0, split])))
+    whole, said = (DurationModel(some).seconds(case) for some in (parts[:1], parts))
+    assert whole == pytest.approx(pulled, abs=2e-3)
+    assert whole - said == pytest.approx(gained, abs=2e-3)
+    assert np.median(np.abs(whole - said - gained)) < 5e-5
+    rows = np.flatnonzero(rng.random(len(case)) < 0.4)
+    some = case.take(rows)
+    assert DurationModel(parts).seconds(some) == pytest.approx(said[rows], abs=1e-12)
+    fewer = np.flatnonzero(rng.random(len(some)) < 0.5)
+    changes = [(0, parts[0]._replace(values=np.array([share]))) for share in (0.1, 0.3)]
+    told = DurationModel(parts).both_with(changes, some.take(fewer))[1][0]
+    assert told == pytest.approx(said[rows[fewer]], abs=1e-12)
+
+
 def fitted(case, *forms):
     """The best fit of terms, each in one of its forms."""
     parts = [(term, next(f for f in term.forms(case) if f.key == key)) for term, key in forms]

@@ -34,7 +34,7 @@ from olp.identification.diagnosis.simulation_laws import (
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.runtime.folder import DEFAULT_ZONES
 from olp.timing.accelerations import MotionLimits, constant_axes
-from olp.timing.physics._case import MeasuredMoves, Rivals
+from olp.timing.physics._case import CornerPartners, MeasuredMoves, Rivals
 from olp.timing.physics._motion import Motion, MoveCorners
 
 if TYPE_CHECKING:
@@ -180,6 +180,7 @@ def _case(
         sim_payload_inertia=moves.sim_payload_inertia[rows],
         override=(_whole(moves.override) / pace.override)[rows],
         stretch=stretch,
+        partners=_partners(rows, before),
         began=float(np.nanmin(moves.t_start)) if np.isfinite(moves.t_start).any() else math.nan,
     )
     if pace.axes is not None and rates is not None:
@@ -661,6 +662,14 @@ def _corners(moves: RecordedMoves, pace: _Pace, rows: Rows, before: Rows, slow: 
     )
 
 
+def _partners(rows: Rows, before: Rows) -> CornerPartners | None:
+    """The moves that those of the rows meet at rounded corners; None where there are no such corners."""
+    place = np.full(len(before), -1, dtype=np.int64)
+    place[rows] = np.arange(len(rows))
+    last = np.where(before[rows] >= 0, place[before[rows]], -1)
+    return CornerPartners.of_rows(last) if (last >= 0).any() else None
+
+
 # --- rivals ---
 # Axes that may take over from the one that leads a joint move in the judged simulation.
 
@@ -702,7 +711,7 @@ def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
     else:
         faster, stronger = np.maximum(faster, 1.0), np.maximum(stronger, 1.0)
     turns = turned[of, leader] / turned[of, lead[of]]  # of the rival axis per turn of the leading one
-    moves = replace(case, rivals=None).take(of)
+    moves = replace(case, rivals=None, partners=None).take(of)
     assert moves.rates is not None
     limits = {
         name: getattr(base, name)[of] * more * turns

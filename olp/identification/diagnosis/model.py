@@ -224,6 +224,11 @@ class _Led(NamedTuple):
         return _Led(motion, rivals.with_(**more) if more else rivals)
 
     def together(self, case: MeasuredMoves) -> Motion:
+        """Of whole moves, corners included: a corner belongs to both of the moves that meet there."""
+        motion, partners = self._slowest_axes(case), case.partners
+        return motion if partners is None else motion.meeting(case.base, *partners)
+
+    def _slowest_axes(self, case: MeasuredMoves) -> Motion:
         """All axes start and end together: whichever allows the least speed or acceleration sets it for all, or the
         slowest one takes its own time."""
         if self.rivals is None or case.rivals is None:
@@ -344,8 +349,14 @@ class DurationModel(NamedTuple):
 
     def both(self, case: MeasuredMoves) -> tuple[Floats, Floats]:
         """`seconds` and `smooth` at the price of one."""
-        motion = self.motion(case)
-        return _in_cycles(_seconds_of(motion, case), motion)
+        moves = self._moves_of(case)
+        motion = self.motion(moves)
+        return _in_cycles(_seconds_of(motion, moves)[: len(case)], motion)
+
+    def _moves_of(self, case: MeasuredMoves) -> MeasuredMoves:
+        """The moves that the durations of those of the case hang on, these first."""
+        passed = case.base.law != "stop" or any(part.term.phase == "corner" for part in self.parts)
+        return case.wider if case.wider is not None and passed else case
 
     def smooth_with(self, changes: Sequence[tuple[int, ModelPart]], case: MeasuredMoves) -> list[Floats]:
         """Per change (n,) [s] `smooth` with another part in the place of one; what acts before that is kept."""
@@ -355,6 +366,7 @@ class DurationModel(NamedTuple):
         self, changes: Sequence[tuple[int, ModelPart]], case: MeasuredMoves
     ) -> list[tuple[Floats, Floats]]:
         """Per change `both` likewise."""
+        own, case = len(case), self._moves_of(case)
         order = sorted(range(len(self.parts)), key=lambda k: self.parts[k].term.stage)
         stacks, before = list[_Stack](), _Led.of(case)
         for k in order:
@@ -370,7 +382,7 @@ class DurationModel(NamedTuple):
             moves = case.repeated(len(of))
             motion = led.together(moves)
             both = _in_cycles(_seconds_of(motion, moves), motion)
-            each = (columns.reshape(len(of), -1) for columns in both)
+            each = (columns.reshape(len(of), -1)[:, :own] for columns in both)
             found.update(zip(of, zip(*each, strict=True), strict=True))
         return [found[at] for at in range(len(changes))]
 

@@ -211,6 +211,8 @@ def _as_case(
         sim_payload=_middle(case.sim_payload, count),
         sim_payload_inertia=_middle(case.sim_payload_inertia, count),
         override=_middle(case.override, count),
+        partners=None,
+        wider=None,
         derived={},
     )
     return CandidateMoves(hypothetical, table[:, 0].astype(np.int64), line)
@@ -306,6 +308,8 @@ def joined(case: MeasuredMoves, more: MeasuredMoves) -> MeasuredMoves:
     return replace(
         case,
         base=replace(_passing(case.base), corners=None, **base),  # type: ignore[arg-type]
+        partners=None,
+        wider=None,
         job=case.job + more.job,
         rates=rates,
         covariates={name: np.concatenate([v, more.covariates[name]]) for name, v in case.covariates.items()},

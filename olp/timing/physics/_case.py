@@ -84,6 +84,38 @@ class Rivals(NamedTuple):
         return Rivals.of_moves(self.moves.take(mine), of)
 
 
+class CornerPartners(NamedTuple):
+    """Rows of the moves that others meet at rounded corners; a move's own row where there is none, or none is known."""
+
+    before: NDArray[np.int64]  # (n,) of the move that ends where this one begins
+    after: NDArray[np.int64]  # (n,) of the move that begins where this one ends
+
+    @classmethod
+    def of_rows(cls, before: NDArray[np.int64]) -> CornerPartners:
+        """`before` (n,): of the move before, below 0 where a move begins at an exact stop or nobody knows."""
+        own = np.arange(len(before), dtype=np.int64)
+        after, meets = own.copy(), before >= 0
+        after[before[meets]] = own[meets]
+        return cls(np.where(meets, before, own), after)
+
+    def take(self, rows: NDArray[np.int64]) -> CornerPartners:
+        """Of some of the moves, by their rows among these."""
+        place = np.full(len(self.before), -1, dtype=np.int64)
+        place[rows] = own = np.arange(len(rows))
+        return CornerPartners(
+            *(np.where(place[of[rows]] >= 0, place[of[rows]], own).astype(np.int64) for of in self)
+        )
+
+    def beyond(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The rows of moves that those of `rows` meet and that are none of them, ascending."""
+        return np.setdiff1d(np.concatenate([self.before[rows], self.after[rows]]), rows)
+
+    def repeated(self, count: int) -> CornerPartners:
+        """Of the moves `count` times, one set below the other."""
+        steps = len(self.before) * np.arange(count)[:, None]
+        return CornerPartners(*((of + steps).ravel() for of in self))
+
+
 class _NumbersOf(Mapping[str, float]):
     """The numbers that forms refer to in other moves, also those that are worked out later."""
 
@@ -149,6 +181,8 @@ class MeasuredMoves:
         default_factory=lambda: np.zeros(0, np.int64)
     )  # (n,) axes that lead the moves, from 0, where rated speeds alone do not tell
     rivals: Rivals | None = None  # None: no axis takes over
+    partners: CornerPartners | None = None  # None: corners are passed as if both of their moves were alike
+    wider: MeasuredMoves | None = None  # these and, behind them, the others that they meet at rounded corners
     slowest: bool = (
         False  # joint moves take as long as their slowest axis would alone; else all limits hold at once
     )
@@ -167,6 +201,8 @@ class MeasuredMoves:
         if self.rivals is not None:
             moves = replace(self.rivals.moves, numbers=_NumbersOf(self), derived={})
             object.__setattr__(self, "rivals", self.rivals._replace(moves=moves))
+        if self.wider is not None:
+            object.__setattr__(self, "wider", replace(self.wider, numbers=_NumbersOf(self), derived={}))
 
     def __len__(self) -> int:
         return len(self.move)
@@ -339,6 +375,14 @@ class MeasuredMoves:
 
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
         """Some of the moves; their neighbours' properties, and the numbers that forms refer to, stay unchanged."""
+        whole, numbers = self.wider or self, self.numbers_used
+        some = whole._some(rows, numbers)
+        if whole.partners is None or not len(beyond := whole.partners.beyond(rows)):
+            return some
+        return replace(some, wider=whole._some(np.concatenate([rows, beyond]), numbers))
+
+    def _some(self, rows: NDArray[np.int64], numbers: Mapping[str, float]) -> MeasuredMoves:
+        """Some of the moves, without others that they meet."""
         columns = {
             name: getattr(self, name)[rows] for name in _COLUMNS if len(getattr(self, name)) == len(self)
         }
@@ -355,9 +399,11 @@ class MeasuredMoves:
             job=tuple(self.job[i] for i in rows.tolist()),
             rates=rates,
             derived={},
-            numbers=self.numbers_used,
+            numbers=numbers,
             covariates={name: values[rows] for name, values in self.covariates.items()},
             rivals=None if self.rivals is None else self.rivals.take(rows),
+            partners=None if self.partners is None else self.partners.take(rows),
+            wider=None,
             **columns,
         )
 

@@ -143,6 +143,39 @@ class Motion:
         differ = [name for name in _COLUMNS if mine[name] is not others[name]]
         return self.with_(**{name: np.where(mask, others[name], mine[name]) for name in differ})
 
+    def meeting(self, base: Motion, before: NDArray[np.int64], after: NDArray[np.int64]) -> Motion:
+        """The motion with corners at which the moves that meet there are changed as they are from their `base`.
+
+        `before`, `after` (n,): rows of the moves that end where these begin, and that begin where these end. What one
+        end of a move changes in its ramps may be the opposite in the next move: of gravity, going up and going down.
+        """
+        corners = base.corners
+        ramps = ("speed", "accelerate", "decelerate")
+        if corners is None or not self._by_neighbours or all(vars(self)[n] is vars(base)[n] for n in ramps):
+            return self
+        slow, fast = self.decelerate / base.decelerate, self.top() / base.top()
+        last = corners._replace(
+            speed=np.minimum(corners.speed, np.sqrt(corners.way * base.decelerate * corners.slow))
+            * fast[before],
+            slow=corners.slow * slow[before] / slow,
+        )
+        if SHORTER not in self.law and self.law != "arc":
+            return self.with_(corners=last)
+        up = self.accelerate / base.accelerate
+        next_up = base.decelerate * corners.next_slow
+        both = last._replace(
+            next_speed=np.minimum(corners.next_speed, np.sqrt(corners.next_way * next_up)) * fast[after],
+            next_slow=corners.next_slow * up[after] / slow,
+        )
+        return self.with_(corners=both)
+
+    @property
+    def _by_neighbours(self) -> bool:
+        """Whether the time that a corner saves hangs on the ramps of its other move."""
+        if self.law == "arc" or SHORTER in self.law:
+            return self._rounded
+        return self._rounded and self.law != "stop" and EACH not in self.law and self.split != 1.0
+
     def duration(self) -> Floats:
         """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""
         law, corners = self.law.removesuffix(SHORTER), self.corners
