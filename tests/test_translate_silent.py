@@ -3775,3 +3775,18 @@ def test_pulses_are_as_long_as_the_target_takes_them(target, shortest, longest):
     assert [(x.part, x.size) for x in losses(text, "rapid", target)] == [("duration", pytest.approx(0.05))]
     assert re.search(r"PULSE.*,0\.1", translated(text, "rapid", target))
     assert "longest" in refused(module(f"PulseDO\\High\\PLength:={longest + 1},do1;"), "rapid", target)[3]
+
+
+def test_texts_have_room_in_the_variables_of_the_target():
+    """95 characters went into `DECL CHAR name[80]`, where KRL stops, and into INFORM's S000, of 32."""
+    long = "a text of more than eighty characters, which a variable of the program holds until its very end"
+    rows = (f'name = "{long}"', "if get_digital_in(1):", '  name = "short"', "end", f'if name == "{long}":',
+            "  set_digital_out(1, True)", "end", f'textmsg("{long}")',
+            f'textmsg("{long} ", get_digital_in(2))')  # fmt: skip
+    made = translated(script(*rows), "urscript", "krl")
+    assert all(int(size) >= len(long) for size in re.findall(r"DECL CHAR name\[(\d+)\]", made))
+    assert all(len(said) <= 80 for said in re.findall(r'MsgNotify\("(.*)"\)', made))
+    assert not objections(script(*rows), "urscript", "krl")
+    assert set(refused(script(*rows), "urscript", "inform")) == {2, 6}
+    short = translated(script(f'textmsg("{long} ", 5)'), "urscript", "inform")
+    assert all(len(said) <= 32 for said in re.findall(r'"(.*?)"', short))

@@ -222,6 +222,8 @@ class _ForeignWords:
         if isinstance(s, st.Message) and work.limits.fixed_messages and not isinstance(s.text, ex.Text):
             work.lose(s, Fate.APPROXIMATED, "message", _NAMED_VALUES)
             return [replace(s, text=ex.Text(_with_names(s.text)))]
+        if isinstance(s, st.Message) and (parts := _long_head(s, work)):
+            return parts
         if isinstance(s, st.Assign) and (manner := self._manner_setting(s)) is not None:
             return [self._manner(s, manner)]
         if (why := self._idle_because(s)) is not None:
@@ -594,6 +596,23 @@ def _is_odd(text: str, quote: str) -> bool:
 def _plain_text(text: str, quote: str) -> str:
     other = "'" if quote == '"' else '"'
     return "".join(c for c in text.replace(quote, other) if c.isprintable())
+
+
+def _long_head(s: st.Message, work: TranslationContext) -> list[st.Statement]:
+    """A message whose first text is longer than the target's are, as several; none where it is not."""
+    from textwrap import wrap
+
+    room, said = work.limits.message, s.text
+    if not (room and isinstance(said, ex.Function) and said.name == "joined-text"):
+        return []
+    head, *more = said.arguments
+    if not isinstance(head, ex.Text) or len(head.value) <= room or head.value.isspace():
+        return []
+    work.note_at(s, f"a message of more than {room} characters: several are written")
+    *firsts, last = wrap(head.value, room - 1)
+    last += head.value[len(head.value.rstrip()) :][:1]
+    parts: list[st.Statement] = [replace(s, text=ex.Text(part), comment="") for part in firsts]
+    return [*parts, replace(s, text=ex.Function(said.name, (ex.Text(last), *more)))]
 
 
 def _with_legal_texts(s: st.Statement, work: TranslationContext) -> list[st.Statement]:

@@ -10,9 +10,11 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.block_structure import MIRRORED
+from olp.ir.transformer import expressions_of
 from olp.languages import generator
 from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled, without_noise
 from olp.languages.vendors.inform import values
+from olp.languages.vendors.inform.limits import LONGEST_TEXT
 
 LETTERS: Final = {
     ex.Store.BYTE: "B",
@@ -121,6 +123,13 @@ class InformValues(Generator):
     def arguments(self, given: Sequence[ex.Expression]) -> str:
         return self.separator.join(map(self.single, given))
 
+    def with_room(self, e: ex.Expression) -> None:
+        """Refuses what a variable of texts has no room for; what a job is handed is not bounded by any page at hand."""
+        if not self.own and any(
+            type(x) is ex.Text and len(x.value) > LONGEST_TEXT for x in expressions_of(e)
+        ):
+            raise CannotSayError(f"a text of more than {LONGEST_TEXT} characters")
+
     def spell_system_value(self, e: ex.SystemValue) -> Spelled:
         raise CannotSayError(f"{terminology.value(e.name)} within a computation")
 
@@ -155,6 +164,8 @@ class InformValues(Generator):
                 "a condition that compares nothing", "write it as comparisons joined by AND and OR"
             )
         left, operator, right = e.left, e.operator, e.right
+        if type(left) is ex.Text or type(right) is ex.Text:
+            self.with_room(e)
         # Jobs seen have neither a number nor a text there.
         if type(left) in _CONSTANTS and type(right) not in _CONSTANTS:
             left, operator, right = right, MIRRORED.get(operator, operator), left

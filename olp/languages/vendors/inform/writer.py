@@ -244,6 +244,8 @@ class InformWriter(InformMoves):
     # --- values -------------------------------------------------------------------------------------
 
     def write_assign(self, s: st.Assign) -> Lines:
+        if type(s.value) in (ex.Text, ex.Function):
+            self.with_room(s.value)
         if type(s.target) is ex.Element:
             element = f"{self.single(s.target.variable)} ({self.single(s.target.index)})"
             return f"SETE {element} {self.single(s.value)}"

@@ -62,6 +62,7 @@ LIMITS: Final = Limits(
     ),
     has_elseif=False,
     joint_blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE}),
+    message=80,  # Msg_txt[] ("User messages", KSS 8)
     shortest_pulse=0.1,
     longest_pulse=3.0,  # PULSE, as its inline form, takes 0.1 to 3 s
     reserved=RESERVED | {"TEXT_WHOLE", *HELPERS},

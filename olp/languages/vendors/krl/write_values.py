@@ -12,6 +12,7 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.transformer import calls_nothing, expressions_of
 from olp.languages.generator import CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.krl import values
@@ -41,7 +42,7 @@ _TYPES: Final = {
     "tool": "FRAME",
     "": "REAL",
 }
-TEXT_LENGTH = 80
+TEXT_LENGTH: Final = 80  # of a text, and of Msg_txt[]
 _STRUCTURES: Final = ("ENUM", "STRUC", "SIGNAL")
 
 
@@ -135,6 +136,15 @@ def _status(it: ex.PositionLiteral) -> list[str]:
     return [f"S {values.status(it.configuration)}", *([] if turn is None else [f"T {turn}"])]
 
 
+def _longest_text(program: st.Program, declared: Iterable[st.Statement]) -> int:
+    """How many characters the program's texts take: 80, or more where one that is written out has more."""
+    if not any(isinstance(d, st.Declare) and d.type == "string" for d in declared):
+        return TEXT_LENGTH
+    rows = (s for s in program.statements() if not (calls_nothing(s) or isinstance(s, st.Message)))
+    texts = (e for s in rows for e in expressions_of(s) if type(e) is ex.Text)
+    return max([TEXT_LENGTH, *(len(e.value) for e in texts)])
+
+
 class KrlValues(Generator):
     """Spells expressions and declarations. `strings`: names whose values are texts in another language."""
 
@@ -164,6 +174,7 @@ class KrlValues(Generator):
             for d in (declared if not self.own else ())
             if isinstance(d, st.Declare) and d.sizes
         }
+        self.text_length = TEXT_LENGTH if self.own else _longest_text(program, declared)
 
     # --- names ------------------------------------------------------------------------------------------
 
@@ -418,9 +429,9 @@ class KrlValues(Generator):
     def _sizes(self, it: st.Declare) -> str:
         if it.sizes:
             shown = (("" if type(one) is ex.Unknown else self.value(one)) for one in it.sizes)
-            text = f",{TEXT_LENGTH}" if it.type == "string" and not self.own else ""
+            text = f",{self.text_length}" if it.type == "string" and not self.own else ""
             return f"[{','.join(shown)}{text}]"
-        return f"[{TEXT_LENGTH}]" if it.type == "string" and not self.own else ""
+        return f"[{self.text_length}]" if it.type == "string" and not self.own else ""
 
     def _is_array(self, it: st.Declare) -> bool:
         """Values of arrays and texts stand on lines of their own."""

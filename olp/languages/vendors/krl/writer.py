@@ -33,7 +33,7 @@ from olp.languages.vendors.krl.scope import CONFIG_MARK, NEUTRAL_TYPES, Scope
 from olp.languages.vendors.krl.write_forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
 from olp.languages.vendors.krl.write_forms import HEADER as HEADER_OF_FORMS
 from olp.languages.vendors.krl.write_moves import KrlMoves, says_turning
-from olp.languages.vendors.krl.write_values import TEXT_LENGTH, KrlValues, is_of_config
+from olp.languages.vendors.krl.write_values import KrlValues, is_of_config
 
 # --- Bas calls ---
 # Finds the statements that one call of BAS stands for, so that KRL's own programs keep their inline forms.
@@ -416,7 +416,7 @@ class KrlWriter(KrlMoves):
         self.body(statements)
         waits = any(isinstance(one, st.Wait) and one.timeout is not None for one in routine.body)
         if any(_WHOLE_TEXT in row for row in self.rows):
-            self.temporaries[_WHOLE_TEXT.replace("]", f"{TEXT_LENGTH}]")] = "CHAR"
+            self.temporaries[_WHOLE_TEXT.replace("]", f"{self.text_length}]")] = "CHAR"
         used = "\n".join(self.rows)
         put = {} if self.own else {name: word for name, word in texts.HELPERS.items() if name in used}
         added = {**(_HELPERS if waits else {}), **put, **self.temporaries}
@@ -437,7 +437,7 @@ class KrlWriter(KrlMoves):
         given = self.parameters_text(routine.parameters)
         if routine.returns:
             word = _TYPES.get(routine.returns) or routine.returns
-            text = f"[{TEXT_LENGTH}]" if routine.returns == "string" and not self.own else ""
+            text = f"[{self.text_length}]" if routine.returns == "string" and not self.own else ""
             return f"{shared}DEFFCT {word}{routine.details.get('array', text)} {routine.name} ({given})"
         return f"{shared}DEF {routine.name} ({given or ' '})"
 
