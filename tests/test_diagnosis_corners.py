@@ -14,6 +14,7 @@ from olp.identification.diagnosis import diagnose, simulation_laws
 from olp.identification.diagnosis.case_making import _ends, _read_off
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.simulation_laws import SimulatedRamps
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
@@ -340,6 +341,31 @@ def test_a_time_beside_ramps_that_moves_between_stops_have_no_room_for_is_none()
         way, speed, np.full(8, np.nan), sim, plain, np.ones(8, dtype=bool), ends
     )
     assert all(law.stronger > 0.0 for law in laws)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "beside", "law"),
+    [
+        ((0.12, 0.4, 0.25), "stop", SimulatedRamps(stop=0.05)),
+        ((0.12, 0.4, 0.25), "build", SimulatedRamps(build=0.04)),
+        ((0.12, 0.4, 0.25), "other", None),
+        ((0.25, 0.25, 0.25), "stop", SimulatedRamps()),
+    ],
+)
+def test_beside_written_accelerations_three_lines_tell_a_time_of_the_simulation(speeds, beside, law):
+    """A machine is loaded by the same few lines; at one speed, a weaker ramp would be the same."""
+    way, speed = np.tile([0.193, 0.193, 0.21], 6), np.tile(speeds, 6)
+    ramp = speed / 5.0 + 0.04
+    short = 2.0 * np.sqrt(speed * 0.04 / 5.0)  # speeds that are reached before the acceleration is
+    sim = {
+        "stop": way / speed + speed / 5.0 + 0.05,
+        "build": way / speed + np.where(speed >= 5.0 * 0.04, ramp, short),
+        "other": way / speed + speed / 5.0 + np.tile([0.05, 0.03, 0.08], 6),
+    }[beside]
+    found = simulation_laws.ramps_of(way, speed, np.full(18, 5.0), np.round(sim, 4), np.ones(18, dtype=bool))
+    assert (found is None) == (law is None)
+    if found is not None and law is not None:
+        assert found == pytest.approx(law, abs=1e-4)
 
 
 def test_speeds_of_axes_are_told_by_how_times_grow_with_the_way_where_ends_go_with_the_speed():

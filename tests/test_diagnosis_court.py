@@ -27,6 +27,7 @@ from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.intervals import parameters_with_intervals
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
+from olp.identification.diagnosis.residuals import remains_of
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of, swaps
 from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined, verdict_of
 from olp.identification.diagnosis.waits import (
@@ -1254,3 +1255,80 @@ def test_programmed_waits_alone_that_are_late_begin_and_end_nowhere(tmp_path):
     case = replace(case, moving=~late)
     fitted = evaluate(DurationModel(), case, Noise(0.0003))
     assert np.array_equal(late_moves(fitted, case, 0.0003), late)
+
+
+def test_waits_in_the_moves_that_a_name_does_not_change_are_told_beside_it(tmp_path):
+    """In fast moves a wait is no longer than what the clamp may be off by: that none is seen there chooses no moves."""
+    rng = np.random.default_rng(6)
+    _, _, way, speed = program(6)
+    real = travel(way, np.minimum(speed, 0.3), ACCELERATION) + rng.normal(0.0, 0.004, COUNT)
+    late = rng.choice(np.flatnonzero(speed < 0.4), 16, replace=False)
+    real[late] += 0.06 + rng.exponential(0.15, 16)
+    found = diagnose_recording(record(tmp_path / "r", real, 6)).diagnosis
+    waits = next(finding for finding in found.findings if finding.term == "external-wait")
+    assert set(waits.moves) >= set((late + 1).tolist())
+    assert found.verdict == "explained"
+
+
+@pytest.mark.parametrize("nearest", [False, True])
+def test_what_is_rounded_alike_is_no_drift_beside_a_warm_up(nearest, tmp_path):
+    """Cold grease takes a fifth of the acceleration; moves of a cycle are alike, and the clock shows 10 ms."""
+    start, end, way, _ = program(7)
+    cycle = np.arange(COUNT) % 12
+    made = start[cycle], end[cycle], way[cycle], np.where(cycle % 3, 0.5, 0.8)
+    sim = travel(made[2], made[3], ACCELERATION)
+    cold = np.exp(-np.cumsum(sim + 0.2) / 60.0)
+    real = travel(made[2], made[3], ACCELERATION * (1.0 - 0.25 * cold))
+    real = np.round(real + nearest * 0.002, 2)
+    found = diagnose_recording(record(tmp_path / "r", real, 7, toml="", made=made)).diagnosis
+    warm = next(finding for finding in found.findings if finding.term == "warm-up")
+    assert "ramps" in warm.says
+    assert 0.15 < warm.parameters["share"].low < warm.parameters["share"].high < 0.35
+
+
+def test_waits_that_end_between_two_cycles_do_not_hide_the_cycle_of_the_moves(tmp_path):
+    rng = np.random.default_rng(8)
+    _, _, way, speed = program(8)
+    sim = travel(way, speed, ACCELERATION)
+    still = np.arange(COUNT) % 6 == 5
+    real = np.where(still, 0.35, np.ceil(sim / 0.024) * 0.024) + rng.normal(0.0, 0.0005, COUNT)
+    folder = tmp_path / "r"
+    record(folder, real, 8)
+    table = list(csv.reader((folder / "moves.csv").read_text(encoding="utf-8").splitlines()))
+    at = {name: k for k, name in enumerate(table[0])}
+    for row, waits in zip(table[1:], still, strict=True):
+        if waits:
+            row[at["sim_s"]] = "0.35"
+        row.append("wait" if waits else "linear")
+    table[0].append("type")
+    with open(folder / "moves.csv", "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows(table)
+    found = diagnose_recording(read_recording(str(folder))).diagnosis
+    assert [finding.term for finding in found.findings] == ["cycle-quantisation"]
+    assert found.findings[0].says == "durations of motion are whole multiples of 24 ms"
+    assert found.verdict == "explained"
+
+
+def test_where_all_moves_stop_a_filter_behind_the_planner_is_declared_alike(tmp_path):
+    real = plain(9) + 0.08 + np.random.default_rng(9).normal(0.0, 0.003, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 9)).diagnosis
+    assert len(found.findings) == 1
+    assert {"dispatch", "settling", "jerk"} <= set().union(*found.indistinguishable)
+    assert len(found.indistinguishable) == len(set(found.indistinguishable))
+
+
+def test_residuals_that_are_the_same_digits_have_no_order_by_what_no_clock_shows(tmp_path):
+    """A cycle that is off by less than its own error ranks residuals by their length; all are one of a few digits."""
+    case = case_of(record(tmp_path / "r", plain(10), 10)).case
+    rng = np.random.default_rng(10)
+    digits = np.round(rng.standard_t(3, COUNT)) * 1e-3
+    left = digits - 1e-5 * case.simulated
+    assert not remains_of(left, case, {}).correlates
+    assert remains_of(left - 1e-3 * case.simulated, case, {}).correlates
+
+
+def test_two_far_moves_near_each_other_are_no_pattern(tmp_path):
+    case = case_of(record(tmp_path / "r", plain(11), 11)).case
+    left = np.random.default_rng(11).normal(0.0, 0.001, COUNT)
+    left[[40, 43]] = 0.012
+    assert "previous moves" not in {look.column for look in remains_of(left, case, {}).correlates}

@@ -569,20 +569,32 @@ def clock(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def warm_up(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """A e^(-t/τ) of each duration, of the simulated one, or in seconds; cold as simulated: A (1 - e^(-t/τ))."""
+    """A e^(-t/τ) of each duration, of the simulated one, or in seconds; cold as simulated: A (1 - e^(-t/τ)). Of ramps,
+    that share of the acceleration is missing."""
     began = case.began if np.isfinite(case.began) else case.t_start.min()
     cold = np.exp((began - case.t_start) / values[1])
     if form.key == "seconds":
         return {"added": case.base.added + np.where(case.moving, values[0] * cold, 0.0)}
     if form.key == "share of the simulated":
         return {"added": case.base.added + np.where(case.moving, values[0] * cold * case.simulated, 0.0)}
+    if form.key == "ramps":
+        left, base = np.maximum(1.0 - values[0] * cold, 0.05), case.base
+        return {
+            name: getattr(base, name) * left
+            for name in ("accelerate", "decelerate", "open_start", "open_end")
+        }
     share = 1.0 - cold if form.key.endswith("cold as simulated") else cold
     return {"rate": case.base.rate * np.where(case.moving, 1.0 + values[0] * share, 1.0)}
 
 
 def cycle_quantisation(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """c ⌈T/c⌉, or the nearest multiple: the whole duration is rounded, see `quantised`."""
-    return {"cycle": np.array(values[0]), "early": np.array(0.5 if form.key.startswith("nearest") else 0.0)}
+    """c ⌈T/c⌉, or the nearest multiple: the whole duration is rounded; that of waits, or not."""
+    nearest, moves_alone = form.key.startswith("nearest"), form.key.endswith("but waits")
+    return {
+        "cycle": np.array(values[0]),
+        "early": np.array(0.5 if nearest else 0.0),
+        "timed": np.array(float(moves_alone)),
+    }
 
 
 def blending(case: MeasuredMoves, form: Form, values: Array) -> Columns:

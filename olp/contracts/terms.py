@@ -277,7 +277,7 @@ _COLUMNS: Final = (
         "added",
         "rate",
     ),
-    *("cycle", "early", "law", "overlap", "split", "reach"),
+    *("cycle", "early", "timed", "law", "overlap", "split", "reach"),
 )
 
 

@@ -457,8 +457,12 @@ def _base(
         stops[1][rows],
         moves.kind[rows] != WAIT,
         moves.kind[rows] == JOINT,
+        stops[1][rows],
     )
-    laws = [SimulatedRamps()] if judged.own else _laws_of_lines(simulated, blends[0][rows], blends[1][rows])
+    laws = [SimulatedRamps()]
+    if not judged.own:
+        laws, everywhere = _laws_of_lines(simulated, blends[0][rows], blends[1][rows])
+        simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
     whole = partial(_by_law, simulated, moves, rows, pace, judged, stops, blends, before, resolution)
     best = whole(laws[0])
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
@@ -479,6 +483,7 @@ class _SimulatedRows(NamedTuple):
     end: Mask  # to a stop
     moving: Mask
     joint: Mask
+    waits: Mask  # for what a stop takes: at exact stops, and at rounded corners of a simulation that knows of none
 
     @property
     def lines(self) -> Mask:
@@ -491,21 +496,24 @@ class _SimulatedRows(NamedTuple):
         return np.asarray(self.start & self.end & self.lines)
 
 
-def _laws_of_lines(simulated: _SimulatedRows, round_start: Floats, round_end: Floats) -> list[SimulatedRamps]:
-    """What the ramps of lines may be, the likeliest first: where the simulation stops at every corner, all moves tell
-    it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which it is."""
+def _laws_of_lines(
+    simulated: _SimulatedRows, round_start: Floats, round_end: Floats
+) -> tuple[list[SimulatedRamps], bool]:
+    """What the ramps of lines may be, the likeliest first, and whether the simulation stops at every corner. Then all
+    moves tell it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which
+    it is."""
     asked = (simulated.lines, simulated.plain)
     found = (ramps_of(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked)
-    law = next((one for one in found if one is not None), None)
+    everywhere, law = next(((k == 0, one) for k, one in enumerate(found) if one is not None), (False, None))
     if law is not None and law.told:
-        return [law]
+        return [law], everywhere
     ends = np.stack(
         [np.where(simulated.start, 0.0, round_start), np.where(simulated.end, 0.0, round_end)], axis=1
     )
     more = ramps_by_corners(
         simulated.way, simulated.speed, simulated.slow, simulated.sim, simulated.plain, simulated.lines, ends
     )
-    return [law or SimulatedRamps(), *more]
+    return [law or SimulatedRamps(), *more], everywhere
 
 
 class _SimulatedMotion(NamedTuple):
@@ -530,7 +538,7 @@ def _by_law(
     straight: SimulatedRamps,
 ) -> _SimulatedMotion:
     """With a law of the ramps of straight moves."""
-    way, speed, slow, sim, start, end, moving, joint = simulated
+    way, speed, slow, sim, start, end, moving, joint, waits = simulated
     plain, lines, added, notes = simulated.plain, simulated.lines, judged.stop[rows], list[str]()
     faster, stronger = tuned(way, speed, slow, sim, plain)
     turning = straight  # the law of joint moves
@@ -551,7 +559,7 @@ def _by_law(
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     read = joint & (pace.axes is not None)
     missing = ~np.isfinite(slow) | (joint & ~read)
-    stopped = np.where(moving & end, np.where(joint, turning.stop, straight.stop), 0.0)
+    stopped = np.where(moving & waits, np.where(joint, turning.stop, straight.stop), 0.0)
     sim = sim - stopped
     for kind, law, asked in ((joint, turning, read & start & end), (~joint, straight, plain)):
         here = kind & (missing | limited(way, speed, sim, slow, asked, law))

@@ -34,7 +34,7 @@ from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interlea
 from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, remains_of
-from olp.identification.diagnosis.scatter import digits_of, scatter_of
+from olp.identification.diagnosis.scatter import beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import (
     NARROW,
     TELLING,
@@ -227,6 +227,8 @@ def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
     if not part.term.by_time and all(statement.column != "time" for statement in condition):
         return False
     whole = fitted.model.seconds(case)
+    if not beyond_digits(case.measured - whole, case):
+        return False  # the same move is rounded alike
     left, error = _together(case.measured - whole, case)
     done, _ = _together(whole - fitted.model.without(index).seconds(case), case)
     return left > _DRIFT * done and left > _SURE_DRIFT * error

@@ -80,8 +80,9 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
             told.alike.append((term, *(r.alternative.term for r in alike)))
             told.rivals.append([best.model, *(r.model for r in alike)])
         for other in beside:
-            told.alike.append((term, other.term))
-            told.rivals.append([best.model])  # no move tells them apart
+            if (term, other.term) not in told.alike:
+                told.alike.append((term, other.term))
+                told.rivals.append([best.model])  # no move tells them apart
     waits = _waiting(named, case)
     return told if waits is None else told._replace(findings=[*told.findings, waits])
 

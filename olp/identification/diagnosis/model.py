@@ -422,7 +422,11 @@ def _in_cycles(seconds: Floats, motion: Motion) -> tuple[Floats, Floats]:
     if cycle <= 0:
         return seconds, seconds
     rounded = np.ceil(seconds / cycle - motion.early - 1e-6) * cycle
-    return np.asarray(rounded), seconds + (0.5 - motion.early) * cycle
+    mean = seconds + (0.5 - motion.early) * cycle
+    if not motion.timed:
+        return np.asarray(rounded), mean
+    waits = motion.way <= 0
+    return np.where(waits, seconds, rounded), np.where(waits, seconds, mean)
 
 
 def _base(case: MeasuredMoves) -> Floats:

@@ -26,6 +26,7 @@ _FEWEST = 8
 _LAGS = 5
 _GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
 _TURNS = 1e-4  # [rad | m] less is no turn of an axis
+_FINEST = 0.25  # of the recorder's resolution: residuals that differ by less are alike
 _MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
@@ -49,11 +50,12 @@ class Remains(NamedTuple):
 def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels]) -> Remains:
     """Looks at residuals (n,) [s] from every side."""
     clipped = np.clip(residual, *np.quantile(residual, [0.005, 0.995])) if len(residual) > 50 else residual
+    told = _as_recorded(clipped, case.resolution)
     found = [
         *_by_order(clipped),
-        *_by_columns(clipped, case),
-        *_by_neighbours(clipped, case),
-        *_by_groups(clipped, {**groups, "repeat": case.repeats}),
+        *_by_columns(told, case),
+        *_by_neighbours(told, case),
+        *_by_groups(told, {**groups, "repeat": case.repeats}),
     ]
     looks = len(found)
     kept, found = list[Correlate](), sorted(found, key=lambda c: c.p_value)
@@ -66,6 +68,18 @@ def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels])
         kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
     chance = min(found[0].p_value * looks, 1.0) if found else 1.0
     return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)), chance)
+
+
+def _as_recorded(residual: Floats, resolution: float) -> Floats:
+    """(n,) [s] without what is far below a recorder's resolution [s]: it is no order among residuals.
+
+    Where durations are whole multiples of a cycle, most residuals are the same number of digits. A cycle that is off by
+    less than its own error would rank them all by their length.
+    """
+    if not resolution > 0:
+        return residual
+    finest = _FINEST * resolution
+    return np.asarray(np.round(residual / finest) * finest)
 
 
 def of_axes(residual: Floats, case: MeasuredMoves) -> tuple[Correlate, ...]:
@@ -105,7 +119,8 @@ def of_axes(residual: Floats, case: MeasuredMoves) -> tuple[Correlate, ...]:
 
 
 def _by_order(residual: Floats) -> list[Correlate]:
-    """Autocorrelation (G. Box, D. Pierce, JASA 65, 1970) and the strongest period (R. Fisher, 1929)."""
+    """Autocorrelation, over several moves of ranks (G. Box, D. Pierce, JASA 65, 1970; J.-M. Dufour, R. Roy,
+    Communications in Statistics 15, 1986), and the strongest period (R. Fisher, 1929)."""
     n = len(residual)
     if n < _FEWEST:
         return []
@@ -115,9 +130,12 @@ def _by_order(residual: Floats) -> list[Correlate]:
     power = float(centred @ centred)
     if power <= 0 or n < 3 * _FEWEST:
         return [mean]
-    lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
-    first = Correlate("previous move", lags[0], _two_sided(lags[0] * math.sqrt(n)))
-    together = n * (n + 2) * sum(r**2 / (n - k) for k, r in enumerate(lags, 1))
+    lag = float(centred[1:] @ centred[:-1]) / power
+    first = Correlate("previous move", lag, _two_sided(lag * math.sqrt(n)))
+    ordered = ranks(residual) - (n + 1) / 2.0  # heavy tails: two far moves would be a pattern
+    spread = float(ordered @ ordered)
+    ranked = [float(ordered[k:] @ ordered[:-k]) / spread for k in range(1, _LAGS + 1)]
+    together = n * (n + 2) * sum(r**2 / (n - k) for k, r in enumerate(ranked, 1))
     box = Correlate("previous moves", math.sqrt(together / (n * _LAGS)), _chi_square(together, _LAGS))
     spectrum = np.abs(np.fft.rfft(centred)[1:]) ** 2
     peak = float(spectrum.max() / spectrum.sum())

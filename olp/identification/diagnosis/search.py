@@ -36,12 +36,12 @@ TELLING = 10.0  # in BIC, of each name: "very strong" by R. Kass and A. Raftery,
 MOST = 5  # names in one answer
 _MOVES_PER_NAME = 10  # fewer moves are no evidence
 _SETTLED = 20  # steps, for fits that are compared with one that had its time
-_OF_A_TERM = 4  # guesses that are fitted alone
+_OF_A_TERM = 4  # guesses that are fitted alone, and forms that are tried in the place of another term
 _EXCHANGES = 3
 _BESIDE_ALL = 18  # guesses of one more term that are tried beside a whole set
 _STARTS = 2  # of a term that is added
 _DIGITS = 4  # of a BIC: fits stop where a step gains less than 1e-4
-_IN_PLACE = 24  # guesses that are tried in the place of a part
+_IN_PLACE = 32  # guesses that are tried in the place of a part
 _CLOSE = 5  # exchanged terms that are fitted to the end
 _SPARED = 2  # of ten moves a fold may keep two
 
@@ -367,14 +367,17 @@ def swaps(
     rest = fitted.model.without(index)
     used = {part.term.name for part in fitted.model.parts}
     condition = fitted.model.parts[index].condition
-    seen, best = Counter[str](), dict[str, ModelFit]()
+    count, forms, best = 0, set[tuple[str, str]](), dict[str, ModelFit]()
     there = shelf if condition is None else _under(condition, shelf, case)
     for part in _promising(there, evaluate(rest, case, noise), case, noise, fitted):
         name = part.term.name
-        if name in used or seen[name] == _OF_A_TERM:
+        form = (name, part.form.key)
+        # Two guesses of a form are two ways to one fit: they keep no other form of the term from being tried.
+        if name in used or (form not in forms and len({f for f in forms if f[0] == name}) == _OF_A_TERM):
             continue
-        seen[name] += 1
-        if seen.total() > _IN_PLACE:
+        forms.add(form)
+        count += 1
+        if count > _IN_PLACE:
             break
         placed = part._replace(condition=condition if part.conditionable else None)
         tried = cheaper(DurationModel((*rest.parts, placed)), case, noise, 6, asked)

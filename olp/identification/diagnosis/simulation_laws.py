@@ -30,7 +30,7 @@ _REACHES = (0.5, 0.45, 1 / 3, 0.25, 1.0)  # of the shorter move
 _REACHES_BETWEEN = (0.2, 0.3, 0.35, 0.4, 0.6, 0.7, 0.8, 0.9)
 _OVERLAPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.25, 1.5, 2.0)
 _WALKED = 4  # steps of one length: a law that is none may come nearer for ever
-_DIGITS = 2e-4  # [s] nearer than that, a simulation stops at every corner
+_DIGITS = 2e-4  # [s] nearer than that, or than half a last digit, a simulation stops at every corner
 _BETTER = 0.9  # times what exact stops are off: less is no law of corners
 _RAMPS = (0.1, 50.0)  # [m/s²] accelerations of lines, from the slowest to the quickest robot
 _RAMP_GRID, _RAMP_STEPS = 24, 14  # accelerations that are tried, and halvings' worth about the best
@@ -43,14 +43,15 @@ def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
     """`motion` with law, overlap, split and reach from the simulated durations `sim` (n,) [s] of the moves `told` (n,),
     whose ramps are known."""
     rounded = told & ((motion.round_start > 0) | (motion.round_end > 0))
-    if not rounded.any() or _off(motion, sim, rounded) < _DIGITS:
+    digits = max(_DIGITS, 0.5 * _digit(sim[rounded])) if rounded.any() else _DIGITS
+    if not rounded.any() or _off(motion, sim, rounded) < digits:
         return motion.with_(law="stop")
     best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
     for tried in _families(motion):
         overlap, off = _nearest(tried, sim, rounded)
         if off < least:
             best, least = tried.with_(overlap=overlap), off
-    return best if best.law == "stop" or least < _DIGITS else _at_its_reach(best, sim, rounded, least)
+    return best if best.law == "stop" or least < digits else _at_its_reach(best, sim, rounded, least)
 
 
 def _at_its_reach(motion: Motion, sim: Floats, rounded: Mask, least: float) -> Motion:
@@ -340,6 +341,7 @@ _COARSEST = 2e-3  # [s] digits that tell such laws from each other
 _ROUNDS = 30  # of Gauss and Newton
 _STEP = 1e-4  # relative, of a slope
 _TOLD_BY = 5  # moves that differ, of a law with two numbers
+_TOLD_BESIDE = 3  # of them, at two speeds, of one time beside accelerations that are written
 _LEAST_BESIDE = 2e-3  # [s] beside the ramps; less is digits
 # A simulation that moves in steps ends each move within a step of its law, and brakes by as much sooner or later.
 _STEP_OF_TIME = 2e-3  # [s] off its law, at most
@@ -371,8 +373,9 @@ def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask)
     plainly = off(SimulatedRamps(stronger), faster)
     if plainly <= near:
         return SimulatedRamps()
-    if _kinds(way, speed, slow) < _TOLD_BY:
-        return None
+    if (kinds := _kinds(way, speed, slow)) < _TOLD_BY:
+        written = written and kinds >= _TOLD_BESIDE and _kinds(speed) > 1
+        return _beside_written(way, speed, slow, sim, near) if written else None
     found = list[tuple[float, SimulatedRamps]]()
     for names in _LAWS:
         law = _nearest_law(way, speed, slow, sim, names, digit)
@@ -385,6 +388,26 @@ def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask)
     if least > min(_STEP_OF_TIME, _STEPPED * plainly):
         return None
     return next(law for misfit, law in found if misfit <= _AS_NEAR * least)
+
+
+def _beside_written(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, near: float
+) -> SimulatedRamps | None:
+    """Of the laws with one time, beside accelerations `slow` (n,) [m/s²] as they are written, the first with which all
+    moves take the simulated time `sim` (n,) [s] as nearly as `near` [s] says; None where no law does."""
+    over = float(np.median(sim - SimulatedRamps().seconds(way, speed, slow)))
+    if over < _LEAST_BESIDE:
+        return None
+    for names in (names for names in _LAWS if len(names) == 1):
+
+        def off(beside: float, name: str = names[0]) -> float:
+            law = SimulatedRamps(**{name: beside})
+            return float(np.abs(law.seconds(way, speed, slow) - sim).max())
+
+        beside = _nearest_time(off, _MOST * over)
+        if off(beside) <= near:
+            return SimulatedRamps(**{names[0]: beside})
+    return None
 
 
 def ramps_beside(way: Floats, speed: Floats, slow: Floats, sim: Floats, beside: float) -> SimulatedRamps:

@@ -70,7 +70,9 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
-    if _chosen_by_the_motion(late, corrected, case) and not at_a_line(late, residual, case):
+    # Where names may be off by more than a wait lasts, none is seen: these moves do not tell which ones wait.
+    seen = far <= np.median(residual[late])
+    if _chosen_by_the_motion(late, corrected, case, among=seen) and not at_a_line(late, residual, case):
         return nothing
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
     if many and (_the_same_moves(residual, late, case, sigma) or _of_one_way(residual, late, case)):
@@ -271,16 +273,16 @@ def _repeated(off: Floats, far: Mask, case: MeasuredMoves) -> Mask:
 
 
 def _chosen_by_the_motion(
-    late: Mask, corrected: Floats, case: MeasuredMoves, level: float = _BY_CHANCE
+    late: Mask, corrected: Floats, case: MeasuredMoves, level: float = _BY_CHANCE, among: Mask | None = None
 ) -> bool:
-    """Whether late moves are those of one kind: steep, long, fast, far out. Waits do not choose.
+    """Whether late moves are those of one kind `among` (n,) these: steep, long, fast, far out. Waits do not choose.
 
     One look per programmed move, by ranks (H. Mann, D. Whitney, Annals of Mathematical Statistics 18, 1947).
     """
-    one = np.arange(len(case))
+    one = np.arange(len(case)) if among is None else np.flatnonzero(among)
     if len(case.repeats) == len(case):
-        one = np.unique(case.repeats, return_index=True)[1]
-        late = np.isin(case.repeats, case.repeats[late])
+        late = np.isin(case.repeats, case.repeats[late if among is None else late & among])
+        one = one[np.unique(case.repeats[one], return_index=True)[1]]
     late = late[one]
     few, many = int(late.sum()), int((~late).sum())
     if few < _KINDS or many < _KINDS:

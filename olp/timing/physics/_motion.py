@@ -74,6 +74,7 @@ class Motion:
     rate: Floats  # (n,) [1] by which whole durations are longer
     cycle: float = 0.0  # [s] of which whole durations are multiples; 0: not
     early: float = 0.0  # [1] of a cycle by which rounding up begins early: 0.5 rounds to the nearest
+    timed: bool = False  # whether waits end by a timer of their own, between cycles
     law: str = "stop"  # how rounded corners are passed, one of LAWS, with EACH or without
     overlap: float = 1.0  # [1] of the rounding, of its time or of the ramps that the law uses; [s] of "fixed"
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
@@ -445,7 +446,7 @@ class Motion:
         return some
 
 
-_IN_COMMON = ("cycle", "early", "law", "overlap", "split", "reach", "portion")  # of all moves
+_IN_COMMON = ("cycle", "early", "timed", "law", "overlap", "split", "reach", "portion")  # of all moves
 _COLUMNS = tuple(column.name for column in fields(Motion) if column.name not in (*_IN_COMMON, "corners"))
 _TRAVEL = (
     "way",

@@ -22,6 +22,9 @@ _ROUND = 0.02  # of a cycle at the longest duration: what the lattice found leav
 _DIGITS = 0.8  # of the frequency of the clock's digits: shorter cycles cannot be seen
 _OTHERS = 3  # cycles that are tried
 _FAR, _TOLD_SIZE = 3.0, 1.5  # times the scatter, and times the size that it should have, at most
+_TIMED = "but waits"  # which end by a timer of their own
+_MOVING = r"\ \text{(moves)}"
+_BETWEEN = 0.02  # of a cycle: nearer to a multiple, rounding does not change a wait
 _NEARLY = 0.6  # of the coherence of the best: less is no candidate
 
 
@@ -41,6 +44,11 @@ class CycleQuantisation(MoveTerm):
             later = _later(other, cycle)
             nearest = f"nearest {other}".strip()
             forms += [later, Form(nearest, later.parameters, r"T = c \lfloor T_0 / c + 1/2 \rfloor")]
+        if len(found) and _between(case, float(found[0])):
+            forms += [
+                form._replace(key=f"{form.key} {_TIMED}".strip(), equation=form.equation + _MOVING)
+                for form in forms[-2 * len(found) :][:2]
+            ]
         return tuple(forms)
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
@@ -55,10 +63,12 @@ class CycleQuantisation(MoveTerm):
         return np.asarray(np.clip(near, one.low, one.high)[:, None])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        return motion.with_(cycle=float(values[0]), early=0.5 if form.key.startswith("nearest") else 0.0)
+        early = 0.5 if form.key.startswith("nearest") else 0.0
+        return motion.with_(cycle=float(values[0]), early=early, timed=form.key.endswith(_TIMED))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
-        return f"durations are whole multiples of {values[0] * 1000:.3g} ms"
+        of = "durations of motion" if form.key.endswith(_TIMED) else "durations"
+        return f"{of} are whole multiples of {values[0] * 1000:.3g} ms"
 
 
 def _later(key: str, cycle: float) -> Form:
@@ -66,6 +76,12 @@ def _later(key: str, cycle: float) -> Form:
     often, so of its cycle there is no other form."""
     one = TermParameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
     return Form(key, (one,), r"T = c \lceil T_0 / c \rceil")
+
+
+def _between(case: MeasuredMoves, cycle: float) -> bool:
+    """Whether some of the simulated waits would end between two cycles [s]."""
+    multiples = case.simulated[~case.moving] / cycle
+    return bool((np.abs(multiples - np.round(multiples)) > _BETWEEN).any())
 
 
 def _differ(case: MeasuredMoves) -> bool:

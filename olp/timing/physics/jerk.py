@@ -43,12 +43,10 @@ class Jerk(MoveTerm):
         differ = bool(case.joint.any()) and float(np.ptp(each)) > _ALIKE * float(each.max())
         differ = differ or own_time.null > 0
         own = (Form(_OWN, (own_time,), r"T = L/v + v/a + \tau,\; j = a/\tau"),)
-        rounded = case.base.round_end[case.moving] > 0
-        half = (Form(_HALF, (time,), _DELAYED),)
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
-            *(half if rounded.any() and not rounded.all() else ()),
+            Form(_HALF, (time,), _DELAYED),
             *(own if differ else ()),
         )
 
