@@ -71,9 +71,12 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
     # Where names may be off by more than a wait lasts, none is seen: these moves do not tell which ones wait.
-    seen = far <= np.median(residual[late])
-    if _chosen_by_the_motion(late, corrected, case, among=seen) and not at_a_line(late, residual, case):
-        return nothing
+    seen = late | (far <= np.median(residual[late]))
+    if _chosen_by_the_motion(late, corrected, case, among=seen):
+        # A name under a condition may have made up for a part of what these moves are late by, and hide its law.
+        everywhere = DurationModel(tuple(part for part in fitted.model.parts if part.condition is None))
+        if not at_a_line(late, case.measured - everywhere.seconds(case), case):
+            return nothing
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
     if many and (_the_same_moves(residual, late, case, sigma) or _of_one_way(residual, late, case)):
         return nothing
