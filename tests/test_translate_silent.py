@@ -3790,3 +3790,12 @@ def test_texts_have_room_in_the_variables_of_the_target():
     assert set(refused(script(*rows), "urscript", "inform")) == {2, 6}
     short = translated(script(f'textmsg("{long} ", 5)'), "urscript", "inform")
     assert all(len(said) <= 32 for said in re.findall(r'"(.*?)"', short))
+
+
+def test_a_fraction_switches_an_output_of_tp_on_as_elsewhere():
+    """`DO[1]=R[1]` switches off what is less than 1 and greater than -1 (R-30iB, mixed logic instructions)."""
+    text = module("x:=ai1;", "SetDO do1,x;", "SetDO do2,DOutput(do1);", data=("VAR num x;",))
+    rows = code(translated(text, "rapid", "tp"), "!")
+    assert any(re.search(r"DO\[1\]=\(R\[1:x\]<>0\)", row) for row in rows)
+    assert any(re.search(r"DO\[2\]=\(DO\[1\]\)", row) for row in rows)
+    assert not objections(text, "rapid", "tp")

@@ -1118,7 +1118,12 @@ class _Hoist(Values):
 
     def _output(self, s: st.SetOutput) -> list[Node]:
         before: list[st.Statement] = []
-        if self.simple and not holds_number(s.signal.bus) and self._is_counted(s.value):
+        # A whole number may stand for the state itself; FANUC's signals go on from 1 on, and not from 0.5.
+        if (
+            not holds_number(s.signal.bus)
+            and self._is_counted(s.value)
+            and (self.simple or self._may_be_fraction(s.value))
+        ):
             s = replace(s, value=ex.Compare("<>", s.value, ex.Number(0)))
         if (
             is_condition(s.value)
