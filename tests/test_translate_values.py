@@ -21,6 +21,7 @@ from translated_texts import (
 import olp
 from olp.ir.expressions import Text
 from olp.ir.transformer import expressions_of
+from olp.runtime.assumptions import SignalKey
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import Fate
 from olp.transpile.convert import run_converted, runs_of
@@ -476,3 +477,73 @@ def test_registers_begin_with_the_zero_of_the_module_where_nothing_sets_them_fir
         "to zero before each start" in says and "many" in things
         for says, things in made.translated.asks.items()
     )
+
+
+# --- Loops that a clock ends, where the target has no clocks ---
+
+TIMED = {
+    "pdl2": "\n".join(
+        (
+            *("PROGRAM part", "BEGIN", "$TIMER[1] := 0", "REPEAT", "DELAY 1"),
+            *(
+                "UNTIL ($DIN[5] = ON) OR ($TIMER[1] > 5000)",
+                "IF $TIMER[1] > 5000 THEN",
+                "$DOUT[6] := ON",
+                "DELAY 2000",
+            ),
+            *("ELSE", "$DOUT[7] := ON", "ENDIF", "END part", ""),
+        )
+    ),
+    "krl": krl(
+        *("$TIMER[1]=0", "$TIMER_STOP[1]=FALSE", "WHILE NOT $IN[5] AND ($TIMER[1]<=5000)", "WAIT SEC 0.005"),
+        *(
+            "ENDWHILE",
+            "IF $TIMER[1]<=5000 THEN",
+            "$OUT[7]=TRUE",
+            "ELSE",
+            "$OUT[6]=TRUE",
+            "WAIT SEC 2",
+            "ENDIF",
+        ),
+    ),
+}
+IN_5 = SignalKey("in", 5)
+
+
+@pytest.mark.parametrize("target", ["inform", "urscript"])
+@pytest.mark.parametrize("vendor", ["pdl2", "krl"])
+def test_a_loop_that_a_clock_ends_is_a_wait_with_a_limit(vendor, target):
+    text = TIMED[vendor]
+    linked, made = link(read(text, vendor)), converted(text, vendor, target)
+    runs = runs_of(linked.program, made, target, (ROBOT, None))
+    found = receipt_of(linked, made.translated, target, tuple(made.files), runs, (ROBOT, None))
+    assert_proven(found)
+    assert found.totals["commented"] == 0
+    # Head and pause of the loop, REPEAT's end, too, and what asks behind it.
+    assert found.totals["approximated"] == {"pdl2": 4, "krl": 3}[vendor]
+    # What the manuals say: on is seen at once; off for 5 s, after which the other branch waits 2 s.
+    for state, seconds, output in ((1, 0.0, "7"), (0, 7.0, "6")):
+        plan = run_converted(made, target, ROBOT, linked.program, {IN_5: (state,)})
+        assert plan.durations.sum() == pytest.approx(seconds, abs=0.01)
+        switched = [
+            signal for event in plan.events.values() if event.kind != "wait" for signal in event.signals
+        ]
+        assert ["".join(filter(str.isdigit, signal)) for signal in switched] == [output]
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("IF $TIMER[1]<=5000 THEN", "IF $TIMER[1]<=4000 THEN"),  # another time than that of the loop
+        ("WAIT SEC 0.005", "WAIT SEC 0.5"),  # no loop that asks all the time
+        ("WAIT SEC 0.005", "$OUT[3]=TRUE"),
+        ("$TIMER[1]=0", "$TIMER[1]=-100"),
+        ("WAIT SEC 2", "WAIT SEC $TIMER[1]*0.001"),  # the time is of use elsewhere
+        ("NOT $IN[5] AND", "NOT $IN[5] OR"),
+    ],
+)
+def test_other_loops_with_clocks_stay_rejected_where_there_are_none(before, after):
+    text = TIMED["krl"].replace(before, after)
+    assert text != TIMED["krl"]
+    losses = converted(text, "krl", "inform").translated.losses
+    assert any("clock" in loss.says for loss in losses if loss.leaves_out)

@@ -9,14 +9,23 @@ from typing import NamedTuple
 
 from olp.core.diagnostic import Severity
 from olp.ir import program as st
-from olp.ir.expressions import CallValue, Expression, Named, Store, Unary, Variable
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    Function,
+    Named,
+    Store,
+    SystemValue,
+    Unary,
+    Variable,
+)
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.runtime.assumptions import SignalKey, signal_name
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
 from olp.runtime.jobs import Jobs, Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
 from olp.runtime.memory import RANGES, Array, Record, Slot, Value
 from olp.runtime.plan import CallSpan, Event
-from olp.runtime.signals import expected_wait, flip
+from olp.runtime.signals import expected_wait, flip, key_of, signals_of
 from olp.runtime.spelling import spell
 from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError
 
@@ -514,11 +523,32 @@ def _ended_by_input(
         says = flip(m, key)
     if m.made_up is not None:
         m.made_up.turn(key)
+        if any(map(_asks_clock, m.frame.job.body[first : last + 1])):
+            m.made_up.timed.add(key)
     m.assume(f"{says}, which ends {_lines(m, first, last)}")
     if not moved and not loop.flipped:
         _wait(m, last if way_out is None else way_out.asks, _asked(m, about, entry))
     loop.flipped.add(key)
     return first + 1 if way_out is None else way_out.to
+
+
+def _asks_clock(s: st.Statement) -> bool:
+    return not calls_nothing(s) and any(
+        isinstance(e, (SystemValue, Function)) and e.name == "timer" for e in expressions_of(s)
+    )
+
+
+def ends_in_time(m: Machine, s: st.Wait) -> bool:
+    """Whether a wait with a limit ends before it, as the loop of the source did that asked a clock: its input comes."""
+    for key in () if m.made_up is None else (key_of(m, signal) for signal in signals_of(s.condition)):
+        if m.made_up is not None and key in m.made_up.timed:
+            before = m.memory.signals.get(key)
+            flip(m, key)
+            if test(m, s.condition):
+                m.made_up.turn(key)
+                return True
+            _restore(m, key, before)
+    return False
 
 
 def _wait(m: Machine, asks: int, keys: Sequence[SignalKey]) -> None:

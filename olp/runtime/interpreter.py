@@ -124,7 +124,8 @@ def wait(m: Machine, s: st.Wait) -> None:
         )
     seconds = _fixed(m, s.condition, limit)
     if seconds is None and limit is not None and m.made_up is not None and m.made_up.polls:
-        seconds = 0.0 if test(m, s.condition) else limit  # as a loop that asks would find it
+        met = test(m, s.condition) or flow.ends_in_time(m, s)
+        seconds = 0.0 if met else limit  # as a loop that asks would find it
         m.timed_out = seconds > 0.0
     elif seconds is None:
         seconds = expected_wait(m, [key_of(m, signal) for signal in signals_of(s.condition)])

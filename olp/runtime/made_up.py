@@ -65,7 +65,9 @@ class MadeUp:
     seed. `begins`: what the source's run made up, which the translation declares as zero. `places`: frame and tool of
     positions that hold them. `polls`: a wait with a limit looks once, as a loop that asks would. `turned`: inputs that
     this run took to change, so that loops end, in order; `turns`: those of the source's run under the names here, which
-    are taken first, as one program may read its inputs in another order, or not all of them.
+    are taken first, as one program may read its inputs in another order, or not all of them. `timed`: those of `turned`
+    that ended loops which ask a clock, too; where the source's run has them, under the names here, waits with a limit
+    for them end before it.
     """
 
     polls: ClassVar[bool] = True
@@ -81,6 +83,7 @@ class MadeUp:
     asked: dict[UnknownThing, Made] = field(default_factory=dict)
     turned: list[SignalKey] = field(default_factory=list)
     turns: list[SignalKey] = field(default_factory=list)
+    timed: set[SignalKey] = field(default_factory=set)
 
     def first_turned(self, inputs: Sequence[SignalKey]) -> list[SignalKey]:
         """Inputs that may end a loop: that which ended it in the source's run first."""

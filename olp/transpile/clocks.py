@@ -6,12 +6,27 @@ Setting `timer` neither starts nor stops the clock.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, TypeGuard
 
 from olp.ir import expressions as ex
-from olp.ir.program import Assign, Comment, Declare, Program, Routine, Statement
+from olp.ir.block_structure import negated
+from olp.ir.program import (
+    Assign,
+    Comment,
+    Declare,
+    Dwell,
+    EndWhile,
+    If,
+    Program,
+    Repeat,
+    Routine,
+    Statement,
+    Until,
+    Wait,
+    While,
+)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.reaching_definitions import Key, Reaching, reaching
@@ -35,9 +50,12 @@ def is_clock(e: ex.Expression | None) -> TypeGuard[ex.SystemValue | ex.Function]
 
 
 def clocks(program: Program, work: TranslationContext) -> Program:
-    """The program with the target's clocks; what they cannot do is refused. Targets without any are left alone."""
+    """The program with the target's clocks; what they cannot do is refused.
+
+    For targets without any, loops that a clock ends become waits with a limit; all other clocks are left alone.
+    """
     if not work.limits.clocks:
-        return program
+        return _with_limited_waits(program, work)
     found = {
         routine.name: {i: c for i, s in work.look(routine).rare for c in _clocks_in(s)}
         for routine in program.routines
@@ -289,3 +307,168 @@ def _of(name: str, clock: ex.Expression) -> ex.Expression:
         if isinstance(clock, ex.Number)
         else ex.Function(name, (clock,))
     )
+
+
+# --- Waits that a clock ends ---
+# Set a clock to 0, then ask signals and the clock again and again: without clocks that is a wait with a limit. Whether
+# the limit has passed is asked of the signals, behind the wait.
+
+_MOST_POLLED: Final = 0.1  # [s] that such a loop waits before it asks again
+_LIMITED: Final = (
+    "the loop that asks a clock is a wait with a limit; the signals tell behind it whether that has passed"
+)
+_OPPOSITE: Final = {">": "<=", ">=": "<", "<": ">=", "<=": ">"}
+
+
+@dataclass(frozen=True, slots=True)
+class _LimitedWait:
+    """A loop from `head` to `tail` of a body that ends when `done` or after `limit` [s] of `clock`.
+
+    `zeroed`: what sets the clock to 0 and starts it. `asks`: the If behind the loop that asks whether the limit has
+    passed, and what it asks instead.
+    """
+
+    head: int
+    tail: int
+    clock: Key
+    done: ex.Expression
+    limit: float
+    zeroed: tuple[int, ...]
+    asks: tuple[int, ex.Expression] | None
+
+    @property
+    def places(self) -> set[int]:
+        """Statements that name the clock."""
+        return {self.head, self.tail, *self.zeroed, *((self.asks[0],) if self.asks is not None else ())}
+
+
+def _with_limited_waits(program: Program, work: TranslationContext) -> Program:
+    found = {r.name: list(_limited_waits(r.body)) for r in program.routines if work.look(r).rare}
+    if not any(found.values()):
+        return program
+    elsewhere = {
+        _key(_clock(c))
+        for r in program.routines
+        for at, s in enumerate(r.body)
+        for c in _clocks_in(s)
+        if not any(at in wait.places for wait in found.get(r.name, ()))
+    }
+    return replace(
+        program,
+        routines=tuple(
+            _written(r, [wait for wait in found.get(r.name, ()) if wait.clock not in elsewhere], work)
+            for r in program.routines
+        ),
+    )
+
+
+def _limited_waits(body: tuple[Statement, ...]) -> Iterator[_LimitedWait]:
+    for head, s in enumerate(body):
+        if not isinstance(s, (Repeat, While)):
+            continue
+        tail, waited = head + 1, 0.0
+        while tail < len(body) and isinstance(body[tail], (Dwell, Comment)):
+            one = body[tail]
+            waited += (one.duration.literal or _MOST_POLLED + 1.0) if isinstance(one, Dwell) else 0.0
+            tail += 1
+        end = body[tail] if tail < len(body) else None
+        if waited > _MOST_POLLED or not isinstance(end, Until if isinstance(s, Repeat) else EndWhile):
+            continue
+        until = (
+            end.condition
+            if isinstance(end, Until)
+            else negated(s.condition)
+            if isinstance(s, While)
+            else None
+        )
+        parts = _ends(until)
+        if parts is None:
+            continue
+        clock, limit, done = parts
+        zeroed = _zeroed_before(body, head, clock)
+        if zeroed:
+            yield _LimitedWait(
+                head, tail, clock, done, limit, zeroed, _asked_behind(body, tail, clock, limit, done)
+            )
+
+
+def _ends(until: ex.Expression | None) -> tuple[Key, float, ex.Expression] | None:
+    """The clock and its limit [s] with which a loop ends, and what else ends it: signals."""
+    if not isinstance(until, ex.Logic) or any(operator != "or" for operator, _ in until.rest):
+        return None
+    conditions = [until.first, *(e for _, e in until.rest)]
+    limits = [(e, passed) for e in conditions if (passed := _passed(e)) is not None]
+    others = [e for e in conditions if all(e is not one for one, _ in limits)]
+    if len(limits) != 1 or not limits[0][1][2] or not others or not all(map(_asks_signals, others)):
+        return None
+    done = ex.Logic(others[0], tuple(("or", e) for e in others[1:])) if len(others) > 1 else others[0]
+    clock, limit, _ = limits[0][1]
+    return clock, limit, done
+
+
+def _passed(e: ex.Expression) -> tuple[Key, float, bool] | None:
+    """The clock that a comparison asks, the time [s], and whether it holds behind that time."""
+    if not isinstance(e, ex.Compare) or e.operator not in _OPPOSITE or not isinstance(e.right, ex.Number):
+        return None
+    scale = _scale_of(e.left)
+    counted = e.left.left if scale is not None and isinstance(e.left, ex.Binary) else e.left
+    if not is_clock(counted) or counted.name != COUNTED or e.right.value <= 0:
+        return None
+    return _key(_clock(counted)), e.right.value / (scale or 1.0), e.operator in (">", ">=")
+
+
+def _asks_signals(e: ex.Expression) -> bool:
+    """Whether a condition asks nothing but signals, some of them."""
+    inside = expressions_of(e)
+    plain = (ex.Signal, ex.SignalState, ex.Number, ex.Compare, ex.Logic, ex.Unary)
+    return all(isinstance(one, plain) for one in inside) and any(isinstance(one, ex.Signal) for one in inside)
+
+
+def _zeroed_before(body: tuple[Statement, ...], head: int, clock: Key) -> tuple[int, ...]:
+    """What sets the clock to 0 right before the loop, and starts it; nothing where it may be at another time."""
+    found, zero, at = [], False, head - 1
+    while at >= 0:
+        s = body[at]
+        if isinstance(s, Assign) and is_clock(s.target) and _key(_clock(s.target)) == clock:
+            if not _switches(s) and _seconds(s.value) != 0:
+                return ()
+            zero |= not _switches(s)
+            found.append(at)
+        elif not isinstance(s, Comment):
+            break
+        at -= 1
+    return tuple(found) if zero else ()
+
+
+def _asked_behind(
+    body: tuple[Statement, ...], tail: int, clock: Key, limit: float, done: ex.Expression
+) -> tuple[int, ex.Expression] | None:
+    """The If right behind a loop that asks whether its limit has passed, and what it asks instead."""
+    at = next((n for n in range(tail + 1, len(body)) if not isinstance(body[n], Comment)), len(body))
+    s = body[at] if at < len(body) else None
+    passed = _passed(s.condition) if isinstance(s, If) else None
+    if passed is None or passed[0] != clock or abs(passed[1] - limit) > 1e-9:
+        return None
+    return at, negated(done) if passed[2] else done
+
+
+def _written(routine: Routine, waits: list[_LimitedWait], work: TranslationContext) -> Routine:
+    if not waits:
+        return routine
+    body: list[Statement | None] = list(routine.body)
+    for wait in waits:
+        head = body[wait.head]
+        assert head is not None
+        for at in (*wait.zeroed, *range(wait.head, wait.tail + 1)):
+            one = body[at]
+            if isinstance(one, (Repeat, While, Until, Dwell)):
+                work.lose(one, Fate.APPROXIMATED, "wait", _LIMITED)
+            body[at] = one if isinstance(one, Comment) else None
+        body[wait.tail] = Wait(head.line, wait.done, ex.Quantity(ex.Number(wait.limit), 1.0))
+        if wait.asks is not None:
+            at, condition = wait.asks
+            one = body[at]
+            assert isinstance(one, If)
+            work.lose(one, Fate.APPROXIMATED, "wait", _LIMITED)
+            body[at] = replace(one, condition=condition)
+    return replace(routine, body=tuple(s for s in body if s is not None))

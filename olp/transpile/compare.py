@@ -274,7 +274,7 @@ class _Rules(NamedTuple):
     def asks(self, a: ComparedStep) -> bool:
         """Whether a wait is a loop in the other program, which finds at once what it asks for."""
         loop = a.line in self.loose.get("wait", frozenset())
-        return loop and a.kind is StepKind.WAIT and not a.duration
+        return loop and a.kind is StepKind.WAIT and a.duration <= self.tolerances.wait
 
     def is_asked(self, b: ComparedStep) -> bool:
         """Whether a wait may be the pause of a loop that asks, which is no wait in the first program."""

@@ -437,7 +437,7 @@ def runs_of(
     target = robots[1] or robots[0]
 
     def as_in(here: MadeUp) -> MadeUp:
-        return MadeUp(turns=unknown.turns(here))
+        return MadeUp(turns=unknown.turns(here), timed=unknown.timed(here))
 
     reading: list[PlanAgain] = []  # what runs the translation, as long as its files are there
 

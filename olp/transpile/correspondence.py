@@ -272,11 +272,16 @@ class SharedUnknowns:
             here.asked,
             dict(self._places(here, origins)),
             turns=self.turns(here),
+            timed=self.timed(here),
         )
 
     def turns(self, here: MadeUp) -> list[SignalKey]:
         """The inputs that the source's run took to change, as the translation calls them."""
         return list(map(SignalsThere.of(self.translated.mapping).find, here.turned))
+
+    def timed(self, here: MadeUp) -> set[SignalKey]:
+        """Those of them that ended loops which ask a clock, too."""
+        return set(map(SignalsThere.of(self.translated.mapping).find, here.timed))
 
     # --- which is which -------------------------------------------------------------------------------------
 
