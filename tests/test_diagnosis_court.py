@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -976,6 +977,28 @@ def test_an_inertia_that_the_simulation_has_at_one_reach_is_one_name(seed, tmp_p
     growth, simulated = finding.parameters["growth"], finding.parameters["simulated"]
     assert growth.low < 0.8 < growth.high
     assert simulated.low < np.sqrt(0.75) < simulated.high
+
+
+def test_an_inertia_of_the_whole_arm_that_is_right_at_one_reach_is_declared_the_same_beside_an_acceleration(
+    tmp_path,
+):
+    """It has more numbers than a plainer form and an acceleration, so that none of these is as good; one that is right
+    at the first axis stands for no acceleration."""
+    _, _, way, speed = program(44)
+    blank = case_of(record(tmp_path / "r", travel(way, speed, ACCELERATION), 44)).case
+    arms = (part for part in shelf_of(blank, move_terms()).parts if part.form.key == "any arm")
+    arm = next(part for part in arms if part.term.name == "reach-inertia")
+    law = np.array([0.2, 0.2, -0.1, 0.5])
+    from_axis, factor = arm.term.beside_acceleration(arm.form, law, blank)
+    assert factor > 1.1
+    for values, alike in ((law, ["acceleration"]), (from_axis, [])):
+        real = DurationModel((arm._replace(values=values),)).seconds(blank)
+        real += np.random.default_rng(44).normal(0.0, 0.002, COUNT)
+        case, noise = replace(blank, measured=real, derived={}), Noise(0.001)
+        best = fit(DurationModel((arm._replace(values=values),)), case, noise, 30)
+        named = SimpleNamespace(clean=case, noise=noise, shelf=shelf_of(case, move_terms()))
+        told = findings._beside_another_acceleration(best, 0, named)
+        assert [(one.term, one.beside) for one in told] == [(name, True) for name in alike]
 
 
 @pytest.mark.slow

@@ -188,6 +188,23 @@ def test_take_of_a_case_gives_the_same_durations_as_the_whole():
             assert np.abs(same).max() < 1e-9, f"{term.name} {form.key}"
 
 
+def test_a_number_that_stands_for_an_acceleration_is_the_same_law_beside_one():
+    """Of an inertia that the simulation has at one reach: from the first axis on, with another acceleration."""
+    acceleration, checked = load_term("acceleration"), 0
+    whole = acceleration.forms(CASE)[0]
+    for term, form, case in FORMS:
+        values = np.asarray(strong(term, form, case), dtype=float)
+        if case is not CASE or (told := term.beside_acceleration(form, values, case)) is None:
+            continue
+        scale = ModelPart(acceleration, whole, told[1] * np.array([whole.parameters[0].null]))
+        beside = DurationModel((ModelPart(term, form, told[0]), scale)).smooth(CASE)
+        assert beside[STRAIGHT] == pytest.approx(seconds(term, form, values)[STRAIGHT], rel=2e-3)
+        without = seconds(term, form, told[0])[STRAIGHT]
+        assert (np.abs(beside[STRAIGHT] / without - 1.0) > 0.01).any()
+        checked += 1
+    assert checked >= 2
+
+
 def test_models_changed_together_predict_what_each_predicts_alone():
     """The search's differences: one part of several in other places, everything else as it was."""
     for term, form, case in FORMS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -38,6 +39,8 @@ from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
+_ACCELERATION = "acceleration"
+_FEW_STEPS = 8  # of a fit that begins at what is the same law
 _BESIDE = 2  # names that are tried beside a plainer form
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
 _TIMES = 40  # per cycle, of a time per move
@@ -71,6 +74,7 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
     for term, parts in by_term.items():
         rivals = rivals_of[term]
         beside = _beside_a_plainer_form(best, parts[0], named) if len(parts) == 1 else []
+        beside = beside or (_beside_another_acceleration(best, parts[0], named) if len(parts) == 1 else [])
         beside += _as_waits(best, parts[0], named) if len(parts) == 1 else []
         beside += _as_half_a_cycle(best, parts[0], named) if len(parts) == 1 else []
         others = [*(r.alternative for r in rivals), *beside]
@@ -121,6 +125,31 @@ def _beside_a_plainer_form(best: ModelFit, index: int, named: NamingResult) -> l
             if worse < ALIKE and other.term.name not in best.names:
                 found[other.term.name] = worse
     return [Alternative(term, worse, beside=True) for term, worse in sorted(found.items())]
+
+
+def _beside_another_acceleration(best: ModelFit, index: int, named: NamingResult) -> list[Alternative]:
+    """An acceleration, where a number of the form stands for one: an inertia of which the simulation is right at one
+    reach is, from the first axis, the same inertia beside another acceleration, with as many numbers. No move tells
+    which of both somebody had in mind, but those that only one of the two acts in."""
+    part, case, noise = best.model.parts[index], named.clean, named.noise
+    told = part.term.beside_acceleration(part.form, part.values, case)
+    if told is None or _ACCELERATION in best.names:
+        return []
+    values, factor = told
+    rest = best.model.without(index).parts
+    alone = (*rest, part._replace(values=values))
+    begins = sum(len(one.values) for one in alone) - 1  # where the simulation is right: it stays at the axis
+    whole = (one for one in named.shelf.parts if one.term.name == _ACCELERATION and one.form.axis < 0)
+    for other in itertools.islice(whole, 1):
+        scaled = other._replace(
+            values=factor * np.array([other.form.parameters[0].null]), condition=part.condition
+        )
+        both = fit(DurationModel((*alone, scaled)), case, noise, _FEW_STEPS, held=begins)
+        without = fit(DurationModel(both.model.parts[:-1]), case, noise, _FEW_STEPS, held=begins)
+        worse = 2.0 * max(both.loss - best.loss, 0.0)  # a number less of the one, and one of the other
+        if worse < ALIKE < 2.0 * (without.loss - both.loss):
+            return [Alternative(_ACCELERATION, worse, beside=True)]
+    return []
 
 
 def _as_waits(best: ModelFit, index: int, named: NamingResult) -> list[Alternative]:

@@ -123,6 +123,24 @@ class ReachInertia(MoveTerm):
             start, end = _of_first_axis(case, start), _of_first_axis(case, end)
         return motion.with_(accelerate=motion.accelerate / start, decelerate=motion.decelerate / end)
 
+    def beside_acceleration(
+        self, form: Form, values: Floats, case: MeasuredMoves
+    ) -> tuple[Floats, float] | None:
+        """1 + k (r² - r₀²) = c (1 + k/c r²) with c = 1 - k r₀²: where the simulation is right at a reach, it is not at
+        the first axis, by 1/c."""
+        if form.parameters[-1].name != "simulated":
+            return None
+        if form.key not in _ARMS:
+            growth, at_axis = values[:1], 1.0 - float(values[0] * values[1] ** 2)
+            return None if at_axis < _LEAST else (np.append(growth / at_axis, 0.0), 1.0 / at_axis)
+        growth = values[:-1]
+        least, most = np.transpose([_ends(case, k) for k in range(len(growth) if case.bodies_known else 1)])
+        near, apart = (float(growth[: len(least)] @ of) for of in (least, most - least))
+        at_axis = 1.0 - near - float(values[-1]) * apart
+        if apart <= 0 or at_axis < _LEAST:
+            return None
+        return np.append(growth / at_axis, -near / apart), 1.0 / at_axis
+
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         start, end = _reaches(case)
         if form.key in _ARMS:
@@ -244,23 +262,28 @@ def _shape(case: MeasuredMoves) -> Floats:
 def _heavier(case: MeasuredMoves, values: Floats) -> Floats:
     """(n, m) [1] the inertia along the path over the simulated one, which is right at the last value's reach."""
     shape, place = _shape(case), float(values[-1])
-
-    def number(name: str, of: Callable[[Floats], float], column: int) -> float:
-        def work_out() -> float:
-            placed = _placed(case)
-            return float(of(shape[placed, :, column])) if placed.any() else 0.0
-
-        return case.number(f"reach {name} {column}", work_out)
-
     heavy = np.ones(shape.shape[:2])
     for column, growth in enumerate(values[:-1].tolist()):
         if column and not case.bodies_known:
-            right = number("mean", np.mean, column)
+            right = _number_of(case, "mean", np.mean, column)
         else:
-            least, most = number("least", np.min, column), number("most", np.max, column)
+            least, most = _ends(case, column)
             right = least + place * (most - least)
         heavy += growth * (shape[..., column] - right)
     return heavy
+
+
+def _ends(case: MeasuredMoves, column: int) -> tuple[float, float]:
+    """[m²] The least and the most of a column of `_shape`."""
+    return _number_of(case, "least", np.min, column), _number_of(case, "most", np.max, column)
+
+
+def _number_of(case: MeasuredMoves, name: str, of: Callable[[Floats], float], column: int) -> float:
+    def work_out() -> float:
+        placed = _placed(case)
+        return float(of(_shape(case)[placed, :, column])) if placed.any() else 0.0
+
+    return case.number(f"reach {name} {column}", work_out)
 
 
 def _of_bodies(case: MeasuredMoves) -> Floats:

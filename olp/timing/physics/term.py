@@ -108,6 +108,13 @@ class MoveTerm(Term):
         """Penalty, in units of BIC, for values that physics does not expect; 0 for expected ones."""
         return 0.0
 
+    def beside_acceleration(
+        self, form: Form, values: Floats, case: MeasuredMoves
+    ) -> tuple[Floats, float] | None:
+        """The same law with one number less beside another acceleration: values of which one is that at which the term
+        begins, and the factor [1] on all accelerations. None where one of the numbers does not stand for a factor."""
+        return None
+
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         """One clause with the numbers for the user: "every exact stop takes 38 ms longer"."""
         return ", ".join(f"{p.name} {v:.4g} {p.unit}" for p, v in zip(form.parameters, values, strict=True))
