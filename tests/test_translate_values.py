@@ -547,3 +547,13 @@ def test_other_loops_with_clocks_stay_rejected_where_there_are_none(before, afte
     assert text != TIMED["krl"]
     losses = converted(text, "krl", "inform").translated.losses
     assert any("clock" in loss.says for loss in losses if loss.leaves_out)
+
+
+def test_several_values_that_last_are_told_in_the_order_of_their_names():
+    """It was that of a set, another one in each process."""
+    names = [f"count_{letter}" for letter in "gbfcead"]
+    data = ("VAR num total;", *(f"PERS num {name}:=1;" for name in names))
+    rows = (f"total:={'+'.join(names)};", *(f"{name}:={name}+1;" for name in names))
+    losses = converted(module(*rows, data=data), "rapid", "urscript").translated.losses
+    told = [loss.says.split()[0] for loss in losses if "keeps its last value" in loss.says]
+    assert told == sorted(names)

@@ -209,7 +209,7 @@ def _read_first(program: st.Program, parts: Mapping[str, Set[str]]) -> dict[str,
         for index, s in enumerate(r.body):
             if ways.before[r.name][index] is None or type(s) is st.Comment:
                 continue
-            for name in (_names_taken(s) & parts.keys()) - own - found.keys():
+            for name in sorted((_names_taken(s) & parts.keys()) - own - found.keys()):
                 if any(UNSET in ways.at(r.name, index, (name, part)) for part in parts[name]):
                     found[name] = s
     return found
