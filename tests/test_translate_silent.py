@@ -3799,3 +3799,14 @@ def test_a_fraction_switches_an_output_of_tp_on_as_elsewhere():
     assert any(re.search(r"DO\[1\]=\(R\[1:x\]<>0\)", row) for row in rows)
     assert any(re.search(r"DO\[2\]=\(DO\[1\]\)", row) for row in rows)
     assert not objections(text, "rapid", "tp")
+
+
+@pytest.mark.parametrize(("target", "told"), [("krl", True), ("inform", True), ("rapid", False), ("tp", False)])
+def test_a_time_for_a_move_that_becomes_a_speed_is_told(target, told):
+    """200 mm in 3 s are 66.7 mm/s without ramps; RAPID and TP have a time."""
+    rows = (
+        "movel(p[0.4, 0.1, 0.3, 0, 3.14159, 0], a=1.2, v=0.25)",
+        "movel(p[0.6, 0.1, 0.3, 0, 3.14159, 0], a=1.2, t=3)",
+    )
+    says = [loss.says for loss in losses(script(*rows), "urscript", target) if "whole way" in loss.says]
+    assert bool(says) is told

@@ -217,6 +217,10 @@ class _Speeds:
                 says = "faster than the target's robot can"
                 self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
             slowest = _MOST  # its axes bound the source's move as well
+        if speed.unit is st.SpeedUnit.TIME and unit is not st.SpeedUnit.TIME:
+            whole = f"{value:g} s for the whole way are written as a speed"
+            says = f"{whole}: where ramps are in that time, they come on top"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         return st.Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
 
     def _time(self, unit: st.SpeedUnit, value: float, row: MoveExecution) -> float | None:
