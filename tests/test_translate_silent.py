@@ -3801,7 +3801,9 @@ def test_a_fraction_switches_an_output_of_tp_on_as_elsewhere():
     assert not objections(text, "rapid", "tp")
 
 
-@pytest.mark.parametrize(("target", "told"), [("krl", True), ("inform", True), ("rapid", False), ("tp", False)])
+@pytest.mark.parametrize(
+    ("target", "told"), [("krl", True), ("inform", True), ("rapid", False), ("tp", False)]
+)
 def test_a_time_for_a_move_that_becomes_a_speed_is_told(target, told):
     """200 mm in 3 s are 66.7 mm/s without ramps; RAPID and TP have a time."""
     rows = (
