@@ -190,6 +190,7 @@ class Conventions:
     pose_lists: bool = False  # a pose is a list of numbers, whose elements can be read and set
     text_arrays: bool = False  # a text is declared and named as an array of characters: NAME[]
     has_records: bool = True  # values may be records, tools and frames among them
+    ramps_in_time: bool = False  # a move's time is that of all of it; else it stands for the speed of its way
     stops_early: bool = False  # AND and OR leave out what stands right of them where the left side decides
     records_in_statements: bool = True  # not in declarations alone
     member_types: Mapping[str, str] = field(

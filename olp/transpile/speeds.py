@@ -217,9 +217,12 @@ class _Speeds:
                 says = "faster than the target's robot can"
                 self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
             slowest = _MOST  # its axes bound the source's move as well
-        if speed.unit is st.SpeedUnit.TIME and unit is not st.SpeedUnit.TIME:
-            whole = f"{value:g} s for the whole way are written as a speed"
-            says = f"{whole}: where ramps are in that time, they come on top"
+        if (
+            speed.unit is st.SpeedUnit.TIME
+            and unit is not st.SpeedUnit.TIME
+            and self.work.conventions.ramps_in_time
+        ):
+            says = f"{value:g} s for the whole move are written as the speed of its way: ramps come on top"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         return st.Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
 

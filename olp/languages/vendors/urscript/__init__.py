@@ -57,6 +57,7 @@ class UrScript(Vendor):
     newline = "\n"
     blending = "ur"
     conventions = Conventions(
+        ramps_in_time=True,
         analog_values="a share of the output's range",
         pose_lists=True,
         whole_turns=True,  # rotation vectors
