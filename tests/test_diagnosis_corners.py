@@ -333,6 +333,31 @@ def test_times_beside_ramps_are_told_by_rounded_corners_where_all_moves_between_
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
 
 
+@pytest.mark.parametrize("beside", ["stop", "build"])
+def test_of_laws_that_long_moves_between_stops_do_not_tell_apart_the_one_that_fits_corners_is_taken(
+    beside, tmp_path
+):
+    """A time at each stop, or ramps that build up and so take it at corners, too."""
+    made, rng = programmed()
+    made.speed = np.minimum(made.speed, 0.2)
+    sim = driven(made) - booked(0.5 * braked(made), 0.5)
+    sim += np.where(made.stop | (beside == "build"), 0.06, 0.0)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng)).case
+    assert np.abs(case.base.duration() - sim).mean() < 1e-3
+
+
+def test_accelerations_are_told_by_corners_where_moves_between_stops_are_few(tmp_path):
+    """A controller that looks ahead passes corners at speed: with half of its ramps, moves there seemed twice as strong."""
+    made, rng = programmed(moves=96)
+    made.stop = np.arange(96) % 6 == 5
+    made.stop[0] = True
+    made.blend = np.where(made.stop, 0.0, 0.02)
+    sim = driven(made) - booked(0.5 * braked(made), 0.5)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng, ("accel_mm_s2",))).case
+    assert case.base.accelerate == pytest.approx(A, rel=0.02)
+    assert np.abs(case.base.duration() - sim).mean() < 5e-4
+
+
 def test_a_time_beside_ramps_that_moves_between_stops_have_no_room_for_is_none():
     way, speed, plain = np.full(8, 0.3), np.full(8, 0.3), np.arange(8) < 4
     sim = 1.0 + np.array([0.1, 0.1, 0.2, 0.3, 0.05, 0.06, 0.05, 0.07])

@@ -28,6 +28,7 @@ from olp.identification.diagnosis.simulation_laws import (
     ramps_beside,
     ramps_by_corners,
     ramps_of,
+    ramps_that_fit,
     trapezoid,
     tuned,
 )
@@ -468,6 +469,9 @@ def _base(
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
         best = other if other.off < _NEARER * best.off else best
+    if best.off > _CORNERS_RIGHT and not (judged.own or simulated.joint.any() or simulated.written):
+        other = whole(SimulatedRamps(), by_corners=True)
+        best = other if other.off < _NEARER * best.off else best
     notes.extend(best.notes)
     return best.motion, best.stretch
 
@@ -491,6 +495,11 @@ class _SimulatedRows(NamedTuple):
         return np.asarray(self.moving & ~self.joint)
 
     @property
+    def written(self) -> bool:
+        """Whether some line's acceleration is."""
+        return bool(np.isfinite(self.slow[self.lines]).any())
+
+    @property
     def plain(self) -> Mask:
         """Lines between stops."""
         return np.asarray(self.start & self.end & self.lines)
@@ -503,17 +512,19 @@ def _laws_of_lines(
     moves tell it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which
     it is."""
     asked = (simulated.lines, simulated.plain)
-    found = (ramps_of(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked)
-    everywhere, law = next(((k == 0, one) for k, one in enumerate(found) if one is not None), (False, None))
-    if law is not None and law.told:
-        return [law], everywhere
+    found = (
+        ramps_that_fit(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked
+    )
+    everywhere, laws = next(((k == 0, some) for k, some in enumerate(found) if some), (False, []))
+    if laws and laws[0].told:
+        return laws, everywhere
     ends = np.stack(
         [np.where(simulated.start, 0.0, round_start), np.where(simulated.end, 0.0, round_end)], axis=1
     )
     more = ramps_by_corners(
         simulated.way, simulated.speed, simulated.slow, simulated.sim, simulated.plain, simulated.lines, ends
     )
-    return [law or SimulatedRamps(), *more], everywhere
+    return [*(laws or [SimulatedRamps()]), *more], everywhere
 
 
 class _SimulatedMotion(NamedTuple):
@@ -536,8 +547,9 @@ def _by_law(
     before: Rows,
     resolution: float,
     straight: SimulatedRamps,
+    by_corners: bool = False,
 ) -> _SimulatedMotion:
-    """With a law of the ramps of straight moves."""
+    """With a law of the ramps of straight moves; `by_corners`: rounded corners tell their accelerations."""
     way, speed, slow, sim, start, end, moving, joint, waits = simulated
     plain, lines, added, notes = simulated.plain, simulated.lines, judged.stop[rows], list[str]()
     faster, stronger = tuned(way, speed, slow, sim, plain)
@@ -573,7 +585,7 @@ def _by_law(
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
-    if missing[lines].all() and lines.any() and not plain.any() and not joint.any():
+    if by_corners or (missing[lines].all() and lines.any() and not plain.any() and not joint.any()):
         one = np.ones(len(rows))
         alike = _opened(whole.with_(accelerate=one, decelerate=one), moves, rows, before)
         alike = alike.with_(corners=_corners(moves, pace, rows, before, one))

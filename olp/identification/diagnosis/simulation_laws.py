@@ -351,14 +351,21 @@ _LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plaines
 
 
 def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> SimulatedRamps | None:
-    """The law that comes as near to the simulated times as their digits allow, the plain one where a share of the
-    written speeds and accelerations does; else one that does but for the steps of a simulation; None where no law does.
-    The rest as in `tuned`."""
+    """The plainest of `ramps_that_fit`; None where no law does."""
+    return next(iter(ramps_that_fit(way, speed, slow, sim, plain)), None)
+
+
+def ramps_that_fit(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask
+) -> list[SimulatedRamps]:
+    """The laws that come as near to the simulated times as their digits allow, the plainest first, the plain one alone
+    where a share of the written speeds and accelerations does; else one that does but for the steps of a simulation;
+    none where no law does. The rest as in `tuned`."""
     good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
     written = bool(np.isfinite(slow[good]).all())
     digit = _digit(sim[good])
     if good.sum() < FEWEST or digit > _COARSEST:
-        return None
+        return []
     faster, stronger = tuned(way, speed, slow, sim, plain)
     way, speed, sim = way[good], speed[good], sim[good]
     slow = slow[good] if written else np.ones(len(way))
@@ -372,42 +379,49 @@ def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask)
     stronger = stronger if written else _stronger(way, faster * speed, slow, sim)
     plainly = off(SimulatedRamps(stronger), faster)
     if plainly <= near:
-        return SimulatedRamps()
+        return [SimulatedRamps()]
     if (kinds := _kinds(way, speed, slow)) < _TOLD_BY:
         written = written and kinds >= _TOLD_BESIDE and _kinds(speed) > 1
-        return _beside_written(way, speed, slow, sim, near) if written else None
-    found = list[tuple[float, SimulatedRamps]]()
-    for names in _LAWS:
-        law = _nearest_law(way, speed, slow, sim, names, digit)
-        if law is None:
-            continue
-        if (misfit := off(law)) <= near:
-            return law
-        found.append((misfit, law))
+        return _beside_written(way, speed, slow, sim, near) if written else []
+    laws = (_nearest_law(way, speed, slow, sim, names, digit) for names in _LAWS)
+    found = [(off(law), law) for law in laws if law is not None]
+    if exact := [law for misfit, law in found if misfit <= near]:
+        return exact
     least = min((misfit for misfit, _ in found), default=math.inf)
     if least > min(_STEP_OF_TIME, _STEPPED * plainly):
-        return None
-    return next(law for misfit, law in found if misfit <= _AS_NEAR * least)
+        return []
+    return [law for misfit, law in found if misfit <= _AS_NEAR * least][:1]
 
 
 def _beside_written(
     way: Floats, speed: Floats, slow: Floats, sim: Floats, near: float
-) -> SimulatedRamps | None:
-    """Of the laws with one time, beside accelerations `slow` (n,) [m/s²] as they are written, the first with which all
-    moves take the simulated time `sim` (n,) [s] as nearly as `near` [s] says; None where no law does."""
+) -> list[SimulatedRamps]:
+    """The laws, beside accelerations `slow` (n,) [m/s²] as they are written, with which all moves take the simulated
+    time `sim` (n,) [s] as nearly as `near` [s] says: those with one time, or else those with two."""
     over = float(np.median(sim - SimulatedRamps().seconds(way, speed, slow)))
     if over < _LEAST_BESIDE:
-        return None
-    for names in (names for names in _LAWS if len(names) == 1):
+        return []
 
-        def off(beside: float, name: str = names[0]) -> float:
-            law = SimulatedRamps(**{name: beside})
-            return float(np.abs(law.seconds(way, speed, slow) - sim).max())
+    def law(names: tuple[str, ...], beside: float) -> SimulatedRamps:
+        one = SimulatedRamps(**{names[0]: beside})
+        if len(names) == 1:
+            return one
+        left = sim - one.seconds(way, speed, slow)
+        return one._replace(**{names[1]: 0.5 * float(left.min() + left.max())})
 
-        beside = _nearest_time(off, _MOST * over)
-        if off(beside) <= near:
-            return SimulatedRamps(**{names[0]: beside})
-    return None
+    def off(names: tuple[str, ...], beside: float) -> float:
+        return float(np.abs(law(names, beside).seconds(way, speed, slow) - sim).max())
+
+    for count in (1, 2):
+        found = list[SimulatedRamps]()
+        for names in (names for names in _LAWS if len(names) == count):
+            beside = _nearest_time(lambda time, n=names: off(n, time), _MOST * over)  # type: ignore[misc]
+            one = law(names, beside)
+            if off(names, beside) <= near and min(getattr(one, name) for name in names) >= _LEAST_BESIDE:
+                found.append(one)
+        if found:
+            return found
+    return []
 
 
 def ramps_beside(way: Floats, speed: Floats, slow: Floats, sim: Floats, beside: float) -> SimulatedRamps:
