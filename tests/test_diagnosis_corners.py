@@ -347,7 +347,7 @@ def test_of_laws_that_long_moves_between_stops_do_not_tell_apart_the_one_that_fi
 
 
 def test_accelerations_are_told_by_corners_where_moves_between_stops_are_few(tmp_path):
-    """A controller that looks ahead passes corners at speed: with half of its ramps, moves there seemed twice as strong."""
+    """A controller that looks ahead has half of its ramps at a corner; moves there seemed twice as strong."""
     made, rng = programmed(moves=96)
     made.stop = np.arange(96) % 6 == 5
     made.stop[0] = True
