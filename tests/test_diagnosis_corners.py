@@ -19,6 +19,7 @@ from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 from olp.timing.physics._motion import Motion, MoveCorners
+from olp.timing.physics.term import Form, TermParameter
 
 A, NOISE = planted.ACCELERATION, 0.001
 
@@ -194,6 +195,9 @@ def test_a_corner_belongs_to_two_moves_whose_ramps_gravity_changes_each_by_its_o
     rows = np.flatnonzero(rng.random(len(case)) < 0.4)
     some = case.take(rows)
     assert DurationModel(parts).seconds(some) == pytest.approx(said[rows], abs=1e-12)
+    ticks = Form("but waits", (TermParameter("cycle", "s", 0.01, 0.02, 0.0),), "")
+    rounded = DurationModel((*parts, ModelPart(load_term("cycle-quantisation"), ticks, np.array([0.012]))))
+    assert rounded.seconds(some) == pytest.approx(rounded.seconds(case)[rows], abs=1e-12)
     fewer = np.flatnonzero(rng.random(len(some)) < 0.5)
     changes = [(0, parts[0]._replace(values=np.array([share]))) for share in (0.1, 0.3)]
     told = DurationModel(parts).both_with(changes, some.take(fewer))[1][0]

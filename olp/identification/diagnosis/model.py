@@ -351,7 +351,8 @@ class DurationModel(NamedTuple):
         """`seconds` and `smooth` at the price of one."""
         moves = self._moves_of(case)
         motion = self.motion(moves)
-        return _in_cycles(_seconds_of(motion, moves)[: len(case)], motion)
+        whole, mean = _in_cycles(_seconds_of(motion, moves), motion)
+        return whole[: len(case)], mean[: len(case)]
 
     def _moves_of(self, case: MeasuredMoves) -> MeasuredMoves:
         """The moves that the durations of those of the case hang on, these first."""
