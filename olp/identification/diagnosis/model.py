@@ -352,7 +352,8 @@ class DurationModel(NamedTuple):
         moves = self._moves_of(case)
         motion = self.motion(moves)
         whole, mean = _in_cycles(_seconds_of(motion, moves), motion)
-        return whole[: len(case)], mean[: len(case)]
+        own = whole[: len(case)]  # the same array twice tells a fit that nothing is rounded
+        return own, own if mean is whole else mean[: len(case)]
 
     def _moves_of(self, case: MeasuredMoves) -> MeasuredMoves:
         """The moves that the durations of those of the case hang on, these first."""
