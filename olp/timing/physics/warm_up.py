@@ -65,7 +65,8 @@ class WarmUp(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == _RAMPS:
-            return f"ramps have {-values[0]:+.2%} of acceleration cold, with a time constant of {values[1]:.0f} s"
+            missing = f"{abs(values[0]):.2%} {'less' if values[0] > 0 else 'more'}"
+            return f"cold, ramps have {missing} acceleration, with a time constant of {values[1]:.0f} s"
         size = f"{values[0] * 1000:+.1f} ms" if form.key == "seconds" else f"{values[0]:+.2%}"
         size += " of the simulated time" if form.key == "share of the simulated" else ""
         when = "in the long run" if form.key == "share, cold as simulated" else "cold"
