@@ -63,7 +63,8 @@ def test_signals_that_are_handed_become_their_numbers(target):
     made = convert(read_source(decode(HANDED.encode(), "M.mod")), target, Context(robot))
     assert not [loss for loss in made.translated.losses if loss.leaves_out]
     plan = run_converted(made, target, robot)
-    assert switched(plan) == tuple((name[2:], value) for name, value in SWITCHED)
+    there = {name[4:]: to for (kind, name), to in made.translated.mapping.items() if kind == "signal"}
+    assert switched(plan) == tuple((there.get(name, name).split()[-1].strip("do"), v) for name, v in SWITCHED)
     assert sum(plan.durations) == pytest.approx(1.0)  # the input is off: the last condition holds
 
 

@@ -3812,3 +3812,43 @@ def test_a_time_for_a_move_that_becomes_a_speed_is_told(target, told):
     )
     says = [loss.says for loss in losses(script(*rows), "urscript", target) if "whole move" in loss.says]
     assert bool(says) is told
+
+
+def test_signals_of_a_ur_have_one_name():
+    """`get_digital_in(n)`: "n: 8-9 go to the tool digital inputs" (script manual of e-Series); a box has eight more."""
+    rows = ("set_digital_out(9, True)", "set_digital_out(8, get_digital_in(8))", "set_digital_out(3, True)")
+    made = code(translated(script(*rows), "urscript", "rapid"), "!")
+    assert {"SetDO to1,1;", "SetDO to0,DInput(ti0);", "SetDO do3,1;"} <= set(made)
+    assert any(
+        found.code == "P569" for found in read(script("set_digital_out(12, True)"), "urscript").diagnostics
+    )
+    outputs = ("SetDO do7,1;", "SetDO do8,1;", "WaitDI di12,1;", "SetDO do17,1;")
+    made = code(translated(module(*outputs), "rapid", "urscript"), "#")
+    wanted = (
+        "standard_digital_out(7",
+        "configurable_digital_out(0",
+        "configurable_digital_in(4",
+        "tool_digital_out(1",
+    )
+    assert all(any(word in row for row in made) for word in wanted)
+    assert not objections(module(*outputs), "rapid", "urscript")
+    text = krl("DECL INT i", "$OUT[9]=FALSE", "i=9", "$OUT[i]=$IN[i]")
+    made = code(translated(text, "krl", "urscript"), "#")
+    assert any("olp_set_digital_out(i, olp_digital_in(i))" in row for row in made)
+    assert not objections(text, "krl", "urscript")
+
+
+def test_a_fraction_that_leaves_an_output_of_fanuc_off_is_told():
+    """Elsewhere what is not 0 switches it on."""
+    text = tp("R[1]=1", "DO[1]=R[1]", "R[2]=R[1]/2", "DO[2]=R[2]")
+    for target in ("rapid", "krl", "urscript", "inform"):
+        lines = [loss.line for loss in losses(text, "tp", target) if "below 1" in loss.says]
+        assert len(lines) == 1
+
+
+def test_the_limit_of_waits_of_fanuc_is_one_for_all_programs():
+    text = module("WaitDI di1,1\\MaxTime:=3\\TimeFlag:=b;", data=("VAR bool b;",))
+    made = converted(text, "rapid", "tp").translated
+    assert any(
+        "$WAITTMOUT" in row for row in before_it_runs(link(read(text, "rapid")), made, "tp", None, True)
+    )

@@ -80,7 +80,7 @@ def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[OracleEvent]
         kind, row, line = StepKind(int(plan.kind[at])), int(plan.row[at]), int(plan.line[at])
         if kind is not StepKind.MOVE:
             statements = said[int(plan.source[at])].get(line, ())
-            found += _signal_or_wait(kind, float(plan.durations[row]), statements, line)
+            found += _signal_or_wait(kind, float(plan.durations[row]), statements, line, vendor)
             continue
         if _goes_nowhere(plan, row) and any(e.kind in ("joint", "linear", "arc") for e in found):
             continue
@@ -107,26 +107,29 @@ def _by_line(program: Program) -> Mapping[int, tuple[Any, ...]]:
 
 
 def _signal_or_wait(
-    kind: StepKind, seconds: float, statements: Sequence[Any], line: int
+    kind: StepKind, seconds: float, statements: Sequence[Any], line: int, vendor: Vendor
 ) -> Iterator[OracleEvent]:
     if kind is StepKind.SIGNAL:
         yield from (
-            OracleEvent("output", signal=_number(s.signal), on=_state(s.value), line=line)
+            OracleEvent("output", signal=_number(s.signal, vendor), on=_state(s.value), line=line)
             for s in statements
             if isinstance(s, SetOutput)
         )
         return
     asked = [one for one in statements if isinstance(one, Wait)]
     if asked:
-        source, signal, on = _asked(asked[0].condition)
+        source, signal, on = _asked(asked[0].condition, vendor)
         yield OracleEvent(source, signal=signal, on=on, line=line)
     elif seconds > 0.0:
         yield OracleEvent("wait", seconds=seconds, line=line)
 
 
-def _number(signal: Signal) -> int | str:
+def _number(signal: Signal, vendor: Vendor) -> int | str:
+    """By number, or by name; those that the language counts anew behind the usual ones by the number that they had."""
     if isinstance(signal.index, Number):
-        return int(signal.index.value)
+        further = (one for rows in vendor.conventions.counted_signals.values() for one in rows)
+        first = next((first for first, bus in further if bus == signal.bus), 0)
+        return first + int(signal.index.value)
     return signal.index.value if isinstance(signal.index, Text) else str(signal.index)
 
 
@@ -136,7 +139,7 @@ def _state(value: Expression) -> bool | None:
     return bool(value.value) if isinstance(value, Number) else None
 
 
-def _asked(condition: Expression) -> tuple[str, int | str, bool | None]:
+def _asked(condition: Expression, vendor: Vendor) -> tuple[str, int | str, bool | None]:
     """What a condition waits for, an input or the program's own output, and its state."""
     asked: Expression = condition
     on: bool | None = True
@@ -145,7 +148,7 @@ def _asked(condition: Expression) -> tuple[str, int | str, bool | None]:
         on = right if condition.operator == "=" or right is None else not right
     if not isinstance(asked, Signal):
         return "input", str(condition), None
-    return "own output" if asked.bus == "out" else "input", _number(asked), on
+    return "own output" if asked.bus.endswith("out") else "input", _number(asked, vendor), on
 
 
 def _goes_nowhere(plan: Plan, row: int) -> bool:

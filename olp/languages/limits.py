@@ -239,6 +239,9 @@ class Limits:
     last_signals: Mapping[str, int] = field(
         default_factory=dict
     )  # bus -> number of the last one; of others there are as many as are named
+    further_signals: Mapping[str, tuple[tuple[int, str], ...]] = field(
+        default_factory=dict
+    )  # bus -> (number, bus): from this number on signals are those of the other bus, from its 0 on; largest first
     declared_groups: bool = False  # a declaration makes a group of signals that follow each other
     speeds_needed: bool = False  # each move says its speed
     angles_together: bool = (
@@ -302,6 +305,7 @@ class Limits:
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )
     # How a program learns that a wait has reached its limit: it is "asked", a "jump", or "": the condition tells.
+    wait_setting: str = ""  # what the controller keeps the limit of waits in, for all programs
     timed_out: str = "asked"
     shares_programs: bool = True  # a controller's programs call one another, and share their data
     # The Process that waits until the arm stands, where waits for a time begin while it is on its way; "": it stands

@@ -289,6 +289,10 @@ class Conventions:
     group_sizes: Mapping[str, int] = field(
         default_factory=dict
     )  # bus of groups -> signals in each, numbered one group after the other from 1
+    counted_signals: Mapping[str, tuple[tuple[int, str], ...]] = field(
+        default_factory=dict
+    )  # bus of signals that one number counts -> (number, bus): from this number on those of a bus, largest first
+    on_from_one: bool = False  # a number switches a signal on from 1 on, and not above 0
     analog_values: str = "the unit of its controller"  # what the value of an analog signal counts in
     # Pulses of outputs
     off_pulse: str = ""  # how a pulse is spelt that switches off

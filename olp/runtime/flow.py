@@ -25,7 +25,7 @@ from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
 from olp.runtime.jobs import Jobs, Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
 from olp.runtime.memory import RANGES, Array, Record, Slot, Value
 from olp.runtime.plan import CallSpan, Event
-from olp.runtime.signals import expected_wait, flip, key_of, signals_of
+from olp.runtime.signals import counted, expected_wait, flip, key_of, signals_of
 from olp.runtime.spelling import spell
 from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError
 
@@ -563,7 +563,7 @@ def _wait(m: Machine, asks: int, keys: Sequence[SignalKey]) -> None:
 def _asked(m: Machine, about: Region, entry: LoopEntry) -> list[SignalKey]:
     """The signals that decide about a loop, and those that its last pass read; a part of a condition may be unread."""
     decide = [
-        SignalKey(kind, index)
+        counted(m, kind, index)
         for kind, index, _ in about.reads
         if index is not None and not isinstance(kind, Store) and not kind.startswith("name:")
     ]
@@ -826,7 +826,7 @@ def _value(m: Machine, kind: str, index: int | None, local: bool) -> object:
     if isinstance(kind, Store):
         return (m.frame.locals if local else m.memory.values).get((kind, index))
     if not kind.startswith("name:"):
-        key = SignalKey(kind, index)
+        key = counted(m, kind, index)
         signal = m.memory.signals.get(key)
         return None if signal == m.signals_made_up.get(key) else signal  # until it is read nobody knows it
     name, job = kind.removeprefix("name:"), m.frame.job

@@ -20,7 +20,14 @@ def key_of(m: Machine, signal: Signal) -> SignalKey:
         return SignalKey(NAMED_SIGNAL, signal.index.value.casefold())
     if type(signal.index) is not Number and isinstance(called := evaluate(m, signal.index), str):
         return SignalKey(NAMED_SIGNAL, called.casefold())  # a variable that stands for a signal of that name
-    return SignalKey(signal.bus, whole(m, signal.index))
+    return counted(m, signal.bus, whole(m, signal.index))
+
+
+def counted(m: Machine, bus: str, number: int) -> SignalKey:
+    """The signal of a number, where one number counts those of several buses."""
+    counts = m.conventions.counted_signals.get(bus, ()) if m.conventions.counted_signals else ()
+    first, own = next(((first, own) for first, own in counts if number >= first), (0, bus))
+    return SignalKey(own, number - first)
 
 
 def read_signal(m: Machine, signal: Signal) -> Value:

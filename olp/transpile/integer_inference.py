@@ -15,12 +15,14 @@ from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, parse
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of
+from olp.runtime.assumptions import holds_number
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.shared_variables import handed_over, paired
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
 _ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})
+_COUNTED: Final = (ex.Variable, ex.Named, ex.Binary, ex.Item)
 _WHOLE_DIVISION: Final = ("div", "mod")
 _HEADS: Final = (st.While, st.Until, st.ElseIf, st.Case)  # before which nothing can run each time
 Key = tuple[str, str]  # routine ("" for the whole program), name
@@ -84,6 +86,24 @@ def remainders(program: st.Program, work: TranslationContext) -> st.Program:
         if not safe and s.line and s.line not in told:
             told.add(s.line)
             work.note_at(s, says)
+    return program
+
+
+def switching_fractions(program: st.Program, work: TranslationContext) -> st.Program:
+    """Tells where a number that may be below 1 switches a signal: some controllers leave it off, others do not."""
+    if not work.conventions.on_from_one or work.target_conventions.on_from_one:
+        return program
+    found = [
+        (routine.name, s)
+        for routine in program.routines
+        for s in routine.body
+        if type(s) is st.SetOutput and type(s.value) in _COUNTED and not holds_number(s.signal.bus)
+    ]
+    whole = WholeValues(program, work.registers) if found else None
+    for name, s in found:
+        if whole is not None and not whole.holds(name, s.value):
+            says = "a number that may be below 1, which leaves the signal off there: it is on unless it is 0"
+            work.lose(s, Fate.APPROXIMATED, "value", says)
     return program
 
 

@@ -88,7 +88,7 @@ from olp.transpile.functions import arguments, functions, handed_systems, option
 from olp.transpile.handlers import handlers
 from olp.transpile.helper_routines import helper_routines, pose_products
 from olp.transpile.implicit_declarations import declarations
-from olp.transpile.integer_inference import remainders, whole_numbers
+from olp.transpile.integer_inference import remainders, switching_fractions, whole_numbers
 from olp.transpile.modal_state import modal_settings
 from olp.transpile.move_lowering import relative_tools
 from olp.transpile.name_mangling import names, spelling, tasks
@@ -378,6 +378,7 @@ _TO_MOVES: Final[tuple[Pass, ...]] = (
     configurations,
     references,
     remainders,
+    switching_fractions,
     arguments,
     functions,
     typed_values,

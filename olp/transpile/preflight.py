@@ -21,9 +21,10 @@ from olp.ir.expressions import (
     Variable,
 )
 from olp.ir.points import PointKind
-from olp.ir.program import Assign, DefineFrame, Move, Program, Routine, SetFrame, SetTool, StartTask
+from olp.ir.program import Assign, DefineFrame, Move, Program, Routine, SetFrame, SetTool, StartTask, Wait
 from olp.ir.program import Path as MovePath
 from olp.ir.transformer import expressions_of
+from olp.languages.limits import limits_of
 from olp.languages.vendor import conventions_of
 from olp.runtime.plan import Plan, lines_of
 from olp.transpile.context import Fate, Translated
@@ -60,6 +61,7 @@ def before_it_runs(
         *_borrowed(linked),
         *_tool_zero(linked.program, target),
         *_systems(translated),
+        *_wait_setting(translated, target),
         *_routines(translated.program),
         *_signals(translated, target),
         *_arm(linked, translated),
@@ -209,6 +211,13 @@ def _systems(translated: Translated) -> Iterator[str]:
     named = any(isinstance(s, Move) and isinstance(s.tool, Named) for s in translated.program.statements())
     if named or any(kind == "tool" for kind, _ in (*used, *written, *translated.mapping)):
         yield "enter the loads of the tools (mass, centre of gravity): they are not translated"
+
+
+def _wait_setting(translated: Translated, target: str) -> Iterator[str]:
+    setting = limits_of(target).wait_setting
+    waits = (s for s in translated.program.statements() if isinstance(s, Wait) and s.timeout is not None)
+    if setting and translated.program.vendor != target and any(waits):
+        yield f"see that no other program needs another {setting}: this one sets it"
 
 
 def _tool_data(e: Expression) -> Expression:

@@ -215,6 +215,8 @@ class _Signals:
             return held.index if isinstance(held, ex.Signal) else held
         if type(e) is not ex.Signal:
             return e
+        if e.bus in self.work.conventions.counted_signals and self.work.source.vendor != self.work.target:
+            e = replace(e, bus=plain_bus(e.bus))
         shown = self._shown(e)
         wanted = self.work.context.mapping.signals.get(f"{e.bus} {shown}") if shown else None
         if wanted is not None:
@@ -243,10 +245,27 @@ class _Signals:
             self.work.names[("signal", f"{e.bus} {shown}")] = name
             return replace(e, bus=plain_bus(e.bus), index=ex.Text(name))
         if isinstance(e.index, ex.Number) and not self._exists(e.bus, int(e.index.value)):
-            return replace(e, index=ex.Number(self._number(e.bus, shown)))
+            return self._counted_on(replace(e, index=ex.Number(self._number(e.bus, shown))), shown)
         if not self.work.target_conventions.controller_names and isinstance(e.index, ex.Text):
-            return replace(e, index=ex.Number(self._number(e.bus, e.index.value)))
-        return e
+            return self._counted_on(replace(e, index=ex.Number(self._number(e.bus, e.index.value))), shown)
+        return self._counted_on(e, shown)
+
+    def _counted_on(self, e: ex.Signal, shown: str) -> ex.Signal:
+        """The same signal where the target counts some of these anew: its configurable ones, those of its tool."""
+        if type(e.index) is ex.Text or e.bus not in self.work.limits.further_signals:
+            return e
+        if type(e.index) is not ex.Number:
+            for n in range(self.work.limits.last_signals[e.bus] + 1):
+                self._counted_on(replace(e, index=ex.Number(n)), str(n))
+            return replace(e, bus=f"counted-{e.bus}")
+        number = int(e.index.value)
+        first, bus = next(
+            ((n, bus) for n, bus in self.work.limits.further_signals.get(e.bus, ()) if number >= n), (0, "")
+        )
+        if not bus:
+            return e
+        self.work.names[("signal", f"{e.bus} {shown}")] = f"{bus} {number - first}"
+        return replace(e, bus=bus, index=ex.Number(number - first))
 
     def _is_beside(self, bus: str) -> bool:
         return bus in _BESIDE and bus not in self.work.limits.own_signals

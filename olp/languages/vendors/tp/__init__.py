@@ -32,6 +32,7 @@ class Tp(Vendor):
     blending = "fanuc"
     conventions = Conventions(
         own_sign="$",
+        on_from_one=True,  # "less than 1 and greater than -1" is off (R-30iB, mixed logic instructions)
         analog_values="the counts of its module",
         usual_pulse=0.4,  # $DEFPULSE as delivered
         for_keeps_last=True,  # ENDFOR counts on only where the counter is not at the target value yet

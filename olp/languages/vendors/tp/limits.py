@@ -55,6 +55,7 @@ LIMITS: Final = Limits(
     has_switch=False,
     one_routine_per_file=True,
     timed_out="jump",
+    wait_setting="$WAITTMOUT",
     program_end="ABORT",
     # TB, TA and DB (R-30iB, operator's manual, time before and distance before)
     path_triggers=PathTriggerForms(

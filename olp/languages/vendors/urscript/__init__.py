@@ -58,6 +58,10 @@ class UrScript(Vendor):
     blending = "ur"
     conventions = Conventions(
         ramps_in_time=True,
+        counted_signals={
+            f"counted-{way}": ((16, f"tool-{way}"), (8, f"configurable-{way}"), (0, way))
+            for way in ("in", "out")
+        },
         analog_values="a share of the output's range",
         pose_lists=True,
         whole_turns=True,  # rotation vectors

@@ -46,6 +46,8 @@ INPUTS: Final = {
     "get_standard_analog_out": "analog-out",
     "get_tool_analog_in": "tool-analog-in",
     "get_flag": "flag",
+    "olp_digital_in": "counted-in",
+    "olp_digital_out": "counted-out",
 }
 OUTPUTS: Final = {
     "set_digital_out": "out",
@@ -55,6 +57,15 @@ OUTPUTS: Final = {
     "set_analog_out": "analog-out",
     "set_standard_analog_out": "analog-out",
     "set_flag": "flag",
+    "olp_set_digital_out": "counted-out",
+}
+# Older functions, which count the tool's signals behind the box's: first and last of these, and what they are (the
+# script manual of e-Series on each: "n: 8-9 go to the tool digital inputs").
+COUNTED_ON: Final = {
+    "get_digital_in": (8, 9, "tool-in"),
+    "get_digital_out": (8, 9, "tool-out"),
+    "set_digital_out": (8, 9, "tool-out"),
+    "get_analog_in": (2, 3, "tool-analog-in"),
 }
 INPUT_WORDS: Final = {
     "in": "get_standard_digital_in",
@@ -67,6 +78,8 @@ INPUT_WORDS: Final = {
     "analog-out": "get_standard_analog_out",
     "tool-analog-in": "get_tool_analog_in",
     "flag": "get_flag",
+    "counted-in": "olp_digital_in",
+    "counted-out": "olp_digital_out",
 }
 NO_TIME: Final = "no time"  # `Move.other`: a time that is written and never above 0
 OUTPUT_WORDS: Final = {
@@ -75,6 +88,7 @@ OUTPUT_WORDS: Final = {
     "tool-out": "set_tool_digital_out",
     "analog-out": "set_standard_analog_out",
     "flag": "set_flag",
+    "counted-out": "olp_set_digital_out",
 }
 
 # URScript -> neutral, same arguments and no units.

@@ -9,7 +9,7 @@ from typing import Final
 from olp.ir import expressions as ex
 from olp.ir.program import Call, Dwell, Message, Pause, Process, SetOutput, SetTool, Statement, Wait
 from olp.languages.vendors.urscript import builtins, helpers
-from olp.languages.vendors.urscript.expressions import Expressions, method_name
+from olp.languages.vendors.urscript.expressions import Expressions, method_name, signal_of
 from olp.languages.vendors.urscript.lines import UrscriptLine
 from olp.languages.vendors.urscript.scopes import UrscriptPart
 from olp.languages.vendors.urscript.syntax import (
@@ -87,8 +87,8 @@ class CallRules:
         if len(given) != 2:
             self._tell("P558", f"{name} takes two arguments, not {len(given)}", f"{name}(1, True)")
             return []
-        number, value = (self._expressions.lower(one.value) for one in given)
-        return [SetOutput(line, ex.Signal(builtins.OUTPUTS[name], number), value, comment)]
+        signal = signal_of(self._expressions, name, builtins.OUTPUTS[name], given[0].value)
+        return [SetOutput(line, signal, self._expressions.lower(given[1].value), comment)]
 
     def _tool(
         self, name: str, given: tuple[UrscriptArgument, ...], line: int, comment: str

@@ -263,9 +263,22 @@ def _times(factor: float) -> Meaning:
     return lower
 
 
-def _signal(bus: str) -> Meaning:
+def signal_of(e: Expressions, word: str, bus: str, number: Node) -> ex.Signal:
+    """The signal that a call of `word` reads or switches: the older functions count the tool's behind the box's."""
+    index = fold(e.lower(number))
+    first, last, further = builtins.COUNTED_ON.get(word, (0, 0, ""))
+    if not further or type(index) is not ex.Number or index.value < first:
+        return ex.Signal(bus, index)
+    if index.value > last:
+        message = f"{word} has no signal {index.value:g}"
+        e.tell("P569", message, f"0 to {first - 1} are the box's, {first} to {last} the tool's")
+        return ex.Signal(bus, index)
+    return ex.Signal(further, ex.Number(index.value - first))
+
+
+def _signal(word: str, bus: str) -> Meaning:
     def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:
-        return ex.Signal(bus, e.lower(values[0])) if len(values) == 1 else None
+        return signal_of(e, word, bus, values[0]) if len(values) == 1 else None
 
     return lower
 
@@ -369,7 +382,7 @@ _CALLS: Final[Mapping[str, Meaning]] = {
     **{word: _plain(neutral) for word, neutral in builtins.FUNCTIONS.items()},
     **{word: _from_angle(word) for word in builtins.FROM_ANGLE},
     **{word: _to_angle(word) for word in builtins.TO_ANGLE},
-    **{word: _signal(bus) for word, bus in builtins.INPUTS.items()},
+    **{word: _signal(word, bus) for word, bus in builtins.INPUTS.items()},
     **{word: _system("current-pose") for word in builtins.CURRENT_POSE},
     **{word: _system("current-joints") for word in builtins.CURRENT_JOINTS},
     "d2r": _times(deg),
@@ -385,7 +398,7 @@ _CALLS: Final[Mapping[str, Meaning]] = {
     "str_find": _find,
     "length": _length,
     "struct": _structure,
-    **{name: _helper(name) for name in helpers.TEXTS},
+    **{name: _helper(name) for name in helpers.TEXTS if name not in {*builtins.INPUTS, *builtins.OUTPUTS}},
 }
 
 

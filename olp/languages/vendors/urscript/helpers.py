@@ -55,6 +55,31 @@ TEXTS: Final = {
     ),
     "olp_min": ("def olp_min(a, b):", "  if (a < b):", "    return a", "  end", "  return b", "end"),
     "olp_max": ("def olp_max(a, b):", "  if (a > b):", "    return a", "  end", "  return b", "end"),
+    # Of the 18 digital signals that other languages count by one number: those of the box, then the tool's two.
+    **{
+        f"olp_digital_{way}": (
+            f"def olp_digital_{way}(n):",
+            "  if (n < 8):",
+            f"    return get_standard_digital_{way}(n)",
+            "  elif (n < 16):",
+            f"    return get_configurable_digital_{way}(n - 8)",
+            "  end",
+            f"  return get_tool_digital_{way}(n - 16)",
+            "end",
+        )
+        for way in ("in", "out")
+    },
+    "olp_set_digital_out": (
+        "def olp_set_digital_out(n, b):",
+        "  if (n < 8):",
+        "    set_standard_digital_out(n, b)",
+        "  elif (n < 16):",
+        "    set_configurable_digital_out(n - 8, b)",
+        "  else:",
+        "    set_tool_digital_out(n - 16, b)",
+        "  end",
+        "end",
+    ),
     # Characters count from 0 in URScript, from 1 in olp.
     "olp_find": (
         "def olp_find(text, first, wanted):",
@@ -100,7 +125,7 @@ def is_helper(name: str, lines: Sequence[str]) -> bool:
     if found is None:
         return name in TEXTS
     text = " ".join(line.strip() for line in lines)
-    word = r"set_(?:standard_)?digital_out" if found[1] == "do" else OUTPUT_WORDS[_bus(found)]
+    word = OUTPUT_WORDS[_bus(found)]
     made = re.fullmatch(
         rf"thread {name}\(\): ({word})\({found[2]}, True\) sleep\(([\d.e-]+)\) \1\({found[2]}, False\) end",
         text,

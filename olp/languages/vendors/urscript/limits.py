@@ -14,12 +14,13 @@ _WORDS: Final = frozenset((
     "GLOBAL", "HALT", "IF", "JOIN", "KILL", "LOCAL", "NOT", "OR", "P", "RETURN", "RUN", "SEC", "STRUCT",
     "THREAD", "TRUE", "WHILE", "XOR",
 ))  # fmt: skip
-# The box has 8 standard digital signals and 8 configurable ones, the tool has two: all 18 by one number, in this order.
+# Other languages' numbers: 8 standard digital signals and 8 configurable ones of the box, two of the tool.
 _LAST_SIGNALS: Final = {
     **dict.fromkeys(("in", "out"), 17),
     **dict.fromkeys(("configurable-in", "configurable-out"), 7),
     **dict.fromkeys(("tool-in", "tool-out", "analog-in", "analog-out"), 1),
 }
+_FURTHER_SIGNALS: Final = {way: ((16, f"tool-{way}"), (8, f"configurable-{way}")) for way in ("in", "out")}
 # A name that the controller has for a function of its own would hide that function.
 LIMITS: Final = Limits(
     text_decimals=False,
@@ -60,6 +61,7 @@ LIMITS: Final = Limits(
     array_literals=True,
     pose_functions=True,
     last_signals=_LAST_SIGNALS,
+    further_signals=_FURTHER_SIGNALS,
     value_types=ValueTypes(signals_are_states=True, results_are_used=False),
     returned_parameters=True,
     has_power=True,

@@ -22,7 +22,6 @@ _ZERO = "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]"
 PLACES: Final = {"x": 0, "y": 1, "z": 2, "rotation1": 3, "rotation2": 4, "rotation3": 5}
 _ANGLES: Final = ("rx", "ry", "rz")
 _NOT, _COMPARISON, _SIGN, _WHOLE = 4, 5, 8, 9
-_STANDARD_SIGNALS = 8
 _EULER = 2.718281828459045
 _ORIGIN = (ex.Number(0.0), ex.Number(0.0), ex.Number(0.0))
 
@@ -180,13 +179,12 @@ class UrscriptValues(Generator):
         return f"{self.signal_function(builtins.INPUT_WORDS, e)}({self.value(e.index)})"
 
     def signal_function(self, words: Mapping[str, str], e: ex.Signal) -> str:
-        """The function that reads or sets a signal: the box's first eight digital ones are the standard ones."""
+        """The function that reads or sets a signal."""
         word = words.get(e.bus)
         if word is None or type(e.index) is ex.Text:
             raise CannotSayError(*terminology.signal(e))
-        digital = e.bus == "out" or (e.bus == "in" and words is builtins.INPUT_WORDS)
-        if digital and type(e.index) is ex.Number and e.index.value >= _STANDARD_SIGNALS:
-            word = word.replace("_standard", "")
+        if word in helpers.TEXTS:
+            self.used.add(word)
         return word
 
     def spell_system_value(self, e: ex.SystemValue) -> Spelled:
