@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from pathlib import Path
 
 import pytest
@@ -388,3 +389,15 @@ def test_steps_with_numbers_that_ask_inputs_in_turn_are_asked_once(tmp_path: Pat
     plan = run(read(path))
     assert waits(plan) == pytest.approx([0.1, 0.1, 0.0, 0.1, 0.1, 0.1])
     assert "IN#(2) is taken to change to ON" in said(plan)
+
+
+def test_names_like_that_of_a_missing_routine_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    look = difflib.get_close_matches
+    monkeypatch.setattr(
+        difflib, "get_close_matches", lambda *given, **more: asked.append(given[0]) or look(*given, **more)
+    )
+    body = "SET B000 0\nWHILE B000<50\nCALL JOB:PRODUCTS\nCALL JOB:PLACES\nINC B000\nENDWHILE"
+    plan = plan_of(body)
+    assert [one.code for one in plan.diagnostics] == ["I102", "I102"]
+    assert sorted(asked) == ["PLACES", "PRODUCTS"]

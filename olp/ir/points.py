@@ -133,10 +133,8 @@ class PointTable:
                 yield store, taught, self._point(block, row)
 
     def _point(self, block: PointBlock, row: int) -> Point:
-        values = tuple(float(v) for v in block.values[row])
-        return Point(
-            int(block.numbers[row]), values, self.states[int(block.state[row])], int(block.lines[row])
-        )
+        values = tuple(block.values[row].tolist())
+        return Point(int(block.numbers[row]), values, self.states[block.state[row]], int(block.lines[row]))
 
 
 def written_poses(places: Floats, angles: Floats, tool: int, posture: tuple[int, ...]) -> PointTable:

@@ -34,6 +34,7 @@ _LEAVES: Final = frozenset(
     {ex.Number, ex.SignalState, ex.Taught, ex.Text, ex.Named, ex.PositionLiteral, ex.SystemValue}
 )
 _MEASURED: Final = frozenset({Speed, Blend, Acceleration})
+_NUMBERED: Final = frozenset({ex.Quantity, SetSpeed, SetBlend}) | _MEASURED  # see `_is_written_out`
 # Of statements and expressions that hold further ones: the names of the fields that may.
 _FIELDS: dict[type, tuple[str, ...]] = {}
 # `means`: of a handler, which the program's run does not come to.
@@ -71,7 +72,7 @@ def _mapped(node: Any, change: Change) -> Any:
         return change(node)
     if kind is tuple:
         return _sequence(node, change)
-    if _is_written_out(kind, node):
+    if kind in _NUMBERED and _is_written_out(kind, node):
         return node
     names = _FIELDS.get(kind)
     if names is None:
@@ -81,7 +82,7 @@ def _mapped(node: Any, change: Change) -> Any:
     changed: dict[str, Any] | None = None
     for name in names:
         old = getattr(node, name)
-        if old is None:
+        if not old:  # None or empty, as most fields of a move are
             continue
         new = _mapped(old, change)
         if new is not old:
@@ -274,11 +275,11 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
     elif kind is tuple:
         for e in node:
             gather(e, found)
-    elif not _is_written_out(kind, node):
+    elif kind not in _NUMBERED or not _is_written_out(kind, node):
         names = _FIELDS.get(kind)
         for name in _fields_of(kind) if names is None else names:
             part = getattr(node, name)
-            if part is not None:
+            if part:  # neither None nor empty, as most fields of a move are
                 gather(part, found)
         if kind in EXPRESSIONS:
             found.append(node)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from olp.core.units import deg, um
 from olp.ir import expressions as ex
@@ -23,6 +24,7 @@ from olp.runtime.evaluate import (
     read_variable,
     round_half_away,
     whole,
+    write_name,
     write_variable,
 )
 from olp.runtime.memory import ACTIVE, INTEGERS, PositionValue, SystemPosition, Value, zero
@@ -43,6 +45,7 @@ from olp.runtime.poses import (
 from olp.runtime.signals import read_signal, write_signal
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, Shift, StatementError, role
+from olp.runtime.structures import write_item, write_member
 
 Arguments = Sequence[ex.Expression]
 _MOST_DECIMALS = 1_100  # no number has more
@@ -356,7 +359,8 @@ def binary(m: Machine, e: ex.Binary) -> Value:
     left, right = both(m, e.left, e.right)
     if isinstance(left, PositionValue) and isinstance(right, (int, float, PositionValue)):
         return combine(e.operator, left, right)
-    check_divisor(m, e.operator, e.right, right)
+    if right == 0:
+        check_divisor(m, e.operator, e.right, right)
     return calculate(e.operator, left, right)
 
 
@@ -407,40 +411,58 @@ def assign(m: Machine, s: st.Assign) -> None:
 
 def store_value(m: Machine, target: ex.Expression, value: Value) -> None:
     """Stores a value wherever a program can store one. Raises StatementError for anything else."""
-    if isinstance(target, ex.Variable):
-        if isinstance(value, SystemPosition) and target.store in ex.POSITION_STORES - {ex.Store.SYSTEM}:
-            value = dict(value.parts).get(target.store, value)
-        write_variable(m, target, value)
-    elif isinstance(target, ex.Named):
-        from olp.runtime.evaluate import write_name
+    _STORES.get(type(target), _no_store)(m, target, value)
 
-        write_name(m, target.name, value)
-    elif isinstance(target, ex.Item):
-        from olp.runtime.structures import write_item
 
-        write_item(m, target, value)
-    elif isinstance(target, ex.Member):
-        from olp.runtime.structures import write_member
+def _store_variable(m: Machine, target: ex.Variable, value: Value) -> None:
+    if type(value) is SystemPosition and target.store in ex.POSITION_STORES - {ex.Store.SYSTEM}:
+        value = dict(value.parts).get(target.store, value)
+    write_variable(m, target, value)
 
-        write_member(m, target, value)
-    elif isinstance(target, ex.FrameRef) and target.kind == "tool" and target.number is not None:
+
+def _store_frame(m: Machine, target: ex.FrameRef, value: Value) -> None:
+    if target.kind == "tool" and target.number is not None:
         set_tool(m, target.number, value)
-    elif isinstance(target, (ex.SystemValue, ex.Function)) and target.name in ("timer", "timer-running"):
-        return  # no time passes while the program runs here
-    elif isinstance(target, ex.SystemValue):
-        m.assume(f"{spell(target)} is set: nothing that is timed depends on it")
-    elif isinstance(target, ex.Element):
-        if not isinstance(value, (int, float)):
-            raise StatementError("I204", "an element of a position holds a number", "use a double variable")
-        write_element(m, target, value)
-    elif isinstance(target, ex.Function) and target.name == "tool-data":
-        set_tool(m, target.arguments[0], value)
-    elif isinstance(target, ex.FrameRef) and target.kind == "user":
+    elif target.kind == "user":
         set_frame(m, target, raw_pose(as_position(value)))
-    elif isinstance(target, ex.Signal):
-        write_signal(m, target, value)
     else:
-        raise StatementError("I218", f"nothing can be stored in {spell(target)}", "name a variable")
+        _no_store(m, target, value)
+
+
+def _store_system_value(m: Machine, target: ex.SystemValue, value: Value) -> None:
+    if target.name not in _TIMERS:
+        m.assume(f"{spell(target)} is set: nothing that is timed depends on it")
+
+
+def _store_element(m: Machine, target: ex.Element, value: Value) -> None:
+    if not isinstance(value, (int, float)):
+        raise StatementError("I204", "an element of a position holds a number", "use a double variable")
+    write_element(m, target, value)
+
+
+def _store_by_function(m: Machine, target: ex.Function, value: Value) -> None:
+    if target.name == "tool-data":
+        set_tool(m, target.arguments[0], value)
+    elif target.name not in _TIMERS:
+        _no_store(m, target, value)
+
+
+def _no_store(m: Machine, target: ex.Expression, value: Value) -> None:
+    raise StatementError("I218", f"nothing can be stored in {spell(target)}", "name a variable")
+
+
+_TIMERS = ("timer", "timer-running")  # no time passes while the program runs here
+_STORES: Mapping[type, Callable[[Machine, Any, Value], None]] = {
+    ex.Variable: _store_variable,
+    ex.Named: lambda m, e, value: write_name(m, e.name, value),
+    ex.Item: write_item,
+    ex.Member: write_member,
+    ex.FrameRef: _store_frame,
+    ex.SystemValue: _store_system_value,
+    ex.Element: _store_element,
+    ex.Function: _store_by_function,
+    ex.Signal: write_signal,
+}
 
 
 def update(m: Machine, s: st.Update) -> None:

@@ -113,12 +113,12 @@ def _store_system(m: Machine, index: int, local: bool, value: Value) -> None:
 
 def coerce(m: Machine, store: ex.Store, value: Value) -> Value:
     """`value` as a variable of kind `store` holds it."""
-    if store in INTEGERS:
-        return _integer(m, store, value)
     if store is ex.Store.REAL:
         if isinstance(value, (int, float)):
             return finite(float(value))
         raise StatementError("I204", "a real variable holds numbers only", _CHECK)
+    if store in INTEGERS:
+        return _integer(m, store, value)
     if store is ex.Store.STRING:
         return value if isinstance(value, str) else _as_text(value)
     if isinstance(value, PositionValue) and (store is not ex.Store.ROBOT or is_whole(value)):
@@ -487,8 +487,9 @@ def fold(m: Machine, name: str) -> str:
 
 def find_slot(m: Machine, name: str) -> Slot | None:
     """The variable called `name` as the running routine sees it, None where nothing declares it."""
-    key, job = fold(m, name), m.frame.job
-    slot = m.frame.names.get(key) or job.data.get(key)
+    key, frame = name if m.case_sensitive else name.casefold(), m.frame
+    job = frame.job
+    slot = frame.names.get(key) or job.data.get(key)
     if slot is None:
         slot = m.modules.get(job.source, {}).get(key) or _shared(m, key)
     if slot is None and (m.jobs.read_naming((name,)) or len(m.modules) < len(m.jobs.programs)):
@@ -508,26 +509,23 @@ def read_name(m: Machine, name: str) -> Value:
     Raises StatementError: I209 where nothing declares it, I203 where it has no value yet.
     """
     slot = find_slot(m, name)
-    if slot is None or slot.value is None:
-        given = m.assumptions.names.get(name.casefold())
-        if given is not None:
-            return PositionValue(*given) if isinstance(given, tuple) else given
-        made = (
-            None if m.made_up is None else m.made_up.named(fold(m, name), "" if slot is None else slot.type)
-        )
-        if made is not None:
-            slot = slot or m.modules.setdefault(m.frame.job.source, {}).setdefault(fold(m, name), Slot(None))
-            slot.value, slot.shared = made, True
-            return made
+    if slot is not None and slot.value is not None:
+        return slot.value
+    given = m.assumptions.names.get(name.casefold())
+    if given is not None:
+        return PositionValue(*given) if isinstance(given, tuple) else given
+    made = None if m.made_up is None else m.made_up.named(fold(m, name), "" if slot is None else slot.type)
+    if made is not None:
+        slot = slot or m.modules.setdefault(m.frame.job.source, {}).setdefault(fold(m, name), Slot(None))
+        slot.value, slot.shared = made, True
+        return made
     if slot is None and m.conventions.is_controllers(name):
         m.assume(f"{name} is taken as 0: the controller sets it")
         return 0
     if slot is None:
         help = "declare or correct it, put the file that declares it beside the program, or its value into olp.toml"
         raise StatementError("I209", f"nothing defines {name}", help)
-    if slot.value is None:
-        raise StatementError("I203", f"{name} has no value yet", "give it one before it is used")
-    return slot.value
+    raise StatementError("I203", f"{name} has no value yet", "give it one before it is used")
 
 
 def write_name(m: Machine, name: str, value: Value) -> None:

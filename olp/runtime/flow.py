@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -21,13 +21,22 @@ from olp.ir.expressions import (
 )
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.runtime.assumptions import SignalKey, signal_name
-from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
+from olp.runtime.evaluate import bind, evaluate, fold, holds, number, whole, write_name, write_variable
 from olp.runtime.jobs import Jobs, Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
 from olp.runtime.memory import RANGES, Array, Record, Slot, Value
 from olp.runtime.plan import CallSpan, Event
 from olp.runtime.signals import counted, expected_wait, flip, key_of, signals_of
 from olp.runtime.spelling import spell
-from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError
+from olp.runtime.state import (
+    OTHER_FRAME,
+    CallFrame,
+    EndedError,
+    Held,
+    Loop,
+    LoopEntry,
+    Machine,
+    StatementError,
+)
 
 _NESTED = 30  # calls within expressions of routines so called: each is a level of Python's own stack
 _DEPTH = 100  # calls within calls; controllers allow about a dozen
@@ -183,8 +192,6 @@ def next_(m: Machine, s: st.Next) -> int | None:
 
 def _hide(m: Machine, here: int, variable: Variable | Named) -> Slot | None:
     """Where FOR declares its counter: that counter instead of a variable of the same name, which is returned."""
-    from olp.runtime.evaluate import fold
-
     if not (m.conventions.for_declares and isinstance(variable, Named)):
         return None
     names, key, left = m.frame.names, fold(m, variable.name), m.frame.counters.get(here)
@@ -195,8 +202,6 @@ def _hide(m: Machine, here: int, variable: Variable | Named) -> Slot | None:
 
 def _show(m: Machine, here: int, variable: Variable | Named) -> None:
     """Ends a loop: what its counter hid is there again."""
-    from olp.runtime.evaluate import fold
-
     _, _, hidden = m.frame.counters.pop(here)
     if not (m.conventions.for_declares and isinstance(variable, Named)):
         return
@@ -214,8 +219,6 @@ def _count(m: Machine, variable: Variable | Named, value: float) -> None:
     if isinstance(variable, Variable):
         write_variable(m, variable, value)
         return
-    from olp.runtime.evaluate import write_name
-
     write_name(m, variable.name, value)
 
 
@@ -308,8 +311,6 @@ def _new_frame(m: Machine, job: RunnableRoutine, arguments: tuple[Expression, ..
         values = tuple(evaluate(m, argument) for argument in arguments)
         m.load(job)
         return CallFrame(job, values)
-    from olp.runtime.evaluate import bind
-
     m.load(job)
     names, outs = bind(m, job.routine.parameters, arguments)
     return CallFrame(job, names=names, outs=outs)
@@ -451,6 +452,7 @@ def way_back(m: Machine, first: int, last: int, condition: Expression | None) ->
     # A main loop that stands still goes on with another input, whether it is spelt as a loop or as a jump.
     conditional = condition is not None or bool(about.exits) or not moved
     loop.past.append(entry)
+    loop.held.append(entry.held)
     begun = None if moved else _same_before(m, loop, held)
     if begun is not None:
         entry = begun
@@ -469,14 +471,12 @@ def way_back(m: Machine, first: int, last: int, condition: Expression | None) ->
     return last + 1
 
 
-def _same_before(m: Machine, loop: Loop, held: Mapping[Read, object]) -> LoopEntry | None:
+def _same_before(m: Machine, loop: Loop, held: Held) -> LoopEntry | None:
     """The head of an earlier pass, without a move since, when all held what it holds now: the same comes again."""
-    for past in reversed(loop.past):
-        if past.moves != m.moves or past.stamp < m.listed:
-            return None
-        if past.held and past.held == held:
-            return past
-    return None
+    if not held or held not in loop.held:  # as in nearly all passes
+        return None
+    past = next(past for past in reversed(loop.past) if past.held == held)
+    return past if past.moves == m.moves and past.stamp >= m.listed else None
 
 
 def _loop(m: Machine, last: int, entry: LoopEntry) -> Loop:
@@ -749,7 +749,7 @@ def _holds(m: Machine, condition: Expression) -> bool:
         return False
 
 
-def _changed(m: Machine, about: Region, entry: LoopEntry, held: Mapping[Read, object]) -> bool:
+def _changed(m: Machine, about: Region, entry: LoopEntry, held: Held) -> bool:
     """Whether anything that decides about the loop is another than at its head."""
     if m.listed > entry.stamp:
         return True  # a list of inputs from olp.toml goes on
@@ -768,13 +768,13 @@ def _touched(m: Machine, about: Region, entry: LoopEntry) -> bool:
     return False
 
 
-def _held(m: Machine, head: int) -> Mapping[Read, object]:
-    """What everything holds that decides about the loops with this head, in a form that later changes do not reach."""
+def _held(m: Machine, head: int) -> Held:
+    """What everything holds that decides about the loops with this head."""
     job = m.frame.job
     deciding = job.deciding.get(head)
     if deciding is None:
-        deciding = job.deciding[head] = _deciding(m, head)
-    return {read: _frozen(_value(m, *read)) for read in deciding}
+        deciding = job.deciding[head] = tuple(sorted(_deciding(m, head), key=repr))
+    return tuple([(read, _frozen(_value(m, *read))) for read in deciding])
 
 
 def _deciding(m: Machine, head: int) -> frozenset[Read]:
@@ -830,11 +830,10 @@ def _value(m: Machine, kind: str, index: int | None, local: bool) -> object:
         signal = m.memory.signals.get(key)
         return None if signal == m.signals_made_up.get(key) else signal  # until it is read nobody knows it
     name, job = kind.removeprefix("name:"), m.frame.job
-    scopes = (m.frame.names, job.data, m.modules.get(job.source, {}), *m.modules.values())
-    slot = next((scope[name] for scope in scopes if name in scope), None)
-    if slot is None and m.case_sensitive:
-        return object()
-    return None if slot is None else slot.value
+    for scope in (m.frame.names, job.data, m.modules.get(job.source, {}), *m.modules.values()):
+        if name in scope:
+            return scope[name].value
+    return object() if m.case_sensitive else None
 
 
 def _frozen(value: object) -> object:

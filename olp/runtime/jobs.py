@@ -235,7 +235,9 @@ class RunnableRoutine:
     groups: tuple[tuple[int, ...], ...] = ()  # mechanism indices per control group
     roles: dict[tuple[int, str], int] = field(default_factory=dict)  # (part, kind of target) -> mechanism
     regions: dict[tuple[int, int], Region] = field(default_factory=dict)  # loops met, by head and way back
-    deciding: dict[int, frozenset[Read]] = field(default_factory=dict)  # by the head: what decides about them
+    deciding: dict[int, tuple[Read, ...]] = field(
+        default_factory=dict
+    )  # by the head: what decides about them
     data: Scope = field(default_factory=dict)  # named variables that keep their values between runs
     _flow: ControlFlow | None = None
 
@@ -266,6 +268,7 @@ class Jobs:
     _beside: dict[Path, bytes] | None = None  # files not read so far, and what they hold in lower case
     _searched: set[str] = field(default_factory=set)  # names that no file left in `_beside` holds
     _looked_for: set[str] = field(default_factory=set)  # names whose own file was looked for, found or not
+    _near: dict[tuple[str, int], list[str]] = field(default_factory=dict)  # of a name, among so many routines
 
     def __post_init__(self) -> None:
         if self.folder is not None and self.program.path:
@@ -337,8 +340,11 @@ class Jobs:
 
     def near(self, name: str) -> list[str]:
         """Names that `name` may have meant."""
-        files = files_by_stem(self.folder, Path(self.program.path).suffix) if self.folder is not None else {}
-        return difflib.get_close_matches(_key(name), {*self._jobs, *files}, n=3, cutoff=0.5)
+        key, place = (_key(name), len(self._jobs)), self.folder
+        if key not in self._near:  # a call in a loop asks each time
+            files = {} if place is None else files_by_stem(place, Path(self.program.path).suffix)
+            self._near[key] = difflib.get_close_matches(key[0], {*self._jobs, *files}, n=3, cutoff=0.5)
+        return self._near[key]
 
     def _add(self, program: st.Program, file_name: str = "") -> None:
         source = len(self.sources)

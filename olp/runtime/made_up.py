@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from math import pi
 from random import Random
 from typing import ClassVar, Final, NamedTuple
@@ -101,13 +102,17 @@ class MadeUp:
         thing = UnknownThing(kind, name)
         return self.origins.get(thing, thing)
 
+    def _is_made_up(self, thing: UnknownThing) -> bool:
+        """Whether this run has a value of its own for what it asks for here."""
+        self.asked.setdefault(thing, None)
+        return bool(self.seed) and (self.only is None or self.only == thing)
+
     def _chance(self, thing: UnknownThing) -> Random | None:
         """Where its values come from, None where it has none."""
-        self.asked.setdefault(thing, None)
-        return Random(f"{self.seed} {thing}") if self.seed and self._is_other(thing) else None
+        return self._random(thing) if self._is_made_up(thing) else None
 
-    def _is_other(self, thing: UnknownThing) -> bool:
-        return self.only is None or self.only == thing
+    def _random(self, thing: UnknownThing) -> Random:
+        return Random(f"{self.seed} {thing}")
 
     def _keep(self, thing: UnknownThing, made: Made) -> None:
         self.asked[thing] = made
@@ -126,13 +131,12 @@ class MadeUp:
 
     def signal(self, key: SignalKey, is_number: bool) -> int | None:
         thing = self.origin("signal", key)
-        chance = self._chance(thing)
-        if chance is None:
+        if not self._is_made_up(thing):
             return None
         # The other program may know the signal by a name, which does not say that it is a number.
         is_number = is_number or (isinstance(thing.name, SignalKey) and holds_number(thing.name.bus))
         # Every second seed has the other state.
-        made = int(self._number(thing, chance, True)) if is_number else (self._first(thing) + self.seed) % 2
+        made = int(self._number(thing, True)) if is_number else (_first(thing) + self.seed) % 2
         self._keep(thing, made)
         return made
 
@@ -194,26 +198,21 @@ class MadeUp:
     # --- values -----------------------------------------------------------------------------------------------
 
     def _plain(self, thing: UnknownThing, type_: str) -> Value | None:
-        chance = self._chance(thing) if type_ in ("integer", "real", "boolean") else None
-        if chance is None:
+        if type_ not in ("integer", "real", "boolean") or not self._is_made_up(thing):
             return None
         if type_ == "boolean":
-            made: Value = bool((self._first(thing) + self.seed) % 2)
+            made: Value = bool((_first(thing) + self.seed) % 2)
         else:
-            made = self._number(thing, chance, type_ == "integer")
+            made = self._number(thing, type_ == "integer")
         self._keep(thing, made)
         return made
 
-    def _number(self, thing: UnknownThing, chance: Random, whole: bool) -> int | float:
+    def _number(self, thing: UnknownThing, whole: bool) -> int | float:
         choices = self.choices.get(thing, ())
         if choices:
-            return choices[(self._first(thing) + self.seed) % len(choices)]
-        number = chance.randint(1, _LARGEST)
+            return choices[(_first(thing) + self.seed) % len(choices)]
+        number = self._random(thing).randint(1, _LARGEST)
         return number if whole or self.seed % 2 else number + _FRACTION
-
-    @staticmethod
-    def _first(thing: UnknownThing) -> int:
-        return Random(str(thing)).randrange(1000)
 
     def _position(self, thing: UnknownThing, frames: bool, type_: str = "position") -> PositionValue | None:
         chance = self._chance(thing)
@@ -232,6 +231,15 @@ class MadeUp:
             value = PositionValue(state, _about(_MIDDLE, _AROUND, chance))
         self._keep(thing, MadeUpPosition(value, self.place))
         return value
+
+
+def _first(thing: UnknownThing) -> int:
+    return _drawn(str(thing))
+
+
+@lru_cache(maxsize=4096)  # a program may ask its controller for something at every move
+def _drawn(thing: str) -> int:
+    return Random(thing).randrange(1000)
 
 
 def _about(values: tuple[float, ...], by: tuple[float, float], chance: Random) -> tuple[float, ...]:

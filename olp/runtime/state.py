@@ -52,6 +52,8 @@ class EndedError(StatementError):
         super().__init__("", "")
 
 
+# What variables and signals held: each with its value, in a form that later changes do not reach.
+Held = tuple[tuple[tuple[str, int | None, bool], object], ...]
 _COMPARED_PASSES = 64  # of a loop: as many numbered steps may one program have that asks in turn
 
 
@@ -66,7 +68,7 @@ class LoopEntry(NamedTuple):
     moves: int
     reads: int
     number: int
-    held: Mapping[tuple[str, int | None, bool], object] = {}
+    held: Held = ()
     steps: int = 0
 
 
@@ -89,6 +91,9 @@ class Loop:
     idle: int = 0  # passes in a row without a move
     flipped: set[SignalKey] = field(default_factory=set)  # inputs turned over to end it
     past: deque[LoopEntry] = field(default_factory=lambda: deque(maxlen=_COMPARED_PASSES))
+    held: deque[Held] = field(
+        default_factory=lambda: deque(maxlen=_COMPARED_PASSES)
+    )  # of each entry in `past`
 
 
 @dataclass(slots=True)
@@ -248,8 +253,6 @@ class Machine:
             self.unsure = self.unsure or self.may_assume(fault)
             return
         source, line = self.frame.job.program.source, self.line
-        text = source.line(line)
-        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
         severity, message = fault.severity, fault.message
         if self.may_assume(fault):
             severity = Severity.WARNING
@@ -257,10 +260,14 @@ class Machine:
             self.unsure = True
         elif self.unsure and fault.code.startswith(("I2", "I3")) and fault.code not in ASSUMABLE:
             severity = Severity.WARNING
-        finding = Diagnostic(fault.code, message, severity, source.path, *span, fault.help, text)
         if fault.code in VALUE_IS_UNKNOWN and self.recorder.unknown < 0:
             self.recorder.unknown = len(self.recorder)
-        self.report(finding)
+        place = (fault.code, source.path, line, message)
+        if place in self._found:
+            return
+        text = source.line(line)
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        self._found[place] = Diagnostic(fault.code, message, severity, source.path, *span, fault.help, text)
 
     def add_mechanism(self, name: str) -> int:
         """The index of the mechanism called `name`, new or not."""

@@ -12,6 +12,7 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Item, Member, Named, PositionLiteral, Unknown, Variable
 from olp.ir.points import PointKind, PointState, Sector
 from olp.robots.geometry import Pose, quaternion_from_rotation
+from olp.runtime.evaluate import copied, evaluate, find_slot, fitted, note_change, whole
 from olp.runtime.memory import ACTIVE, Array, AssumedResult, PositionValue, Record, Value
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
@@ -52,16 +53,12 @@ def pose_value(pose: Pose) -> PositionValue:
 
 def _set_by_controller(m: Machine, base: Expression) -> str:
     """The name of an array that the controller sets and no file declares, "" for another."""
-    from olp.runtime.evaluate import find_slot
-
     name = base.name if isinstance(base, Named) else ""
     return name if m.conventions.is_controllers(name) and find_slot(m, name) is None else ""
 
 
 def read_item(m: Machine, e: Item) -> Value:
     """An element; of joint values in degrees. Raises StatementError (I223) outside of the array."""
-    from olp.runtime.evaluate import evaluate
-
     value = evaluate(m, e.base)
     if _set_by_controller(m, e.base):
         return value  # of an array that the controller sets, each element is what is assumed of it
@@ -96,15 +93,11 @@ def _element(value: Value, index: int, e: Item) -> Value:
 
 def _indices(m: Machine, e: Item) -> list[int]:
     """The indices that are there: `NAMES[2,]` is a row as a whole."""
-    from olp.runtime.evaluate import whole
-
     return [whole(m, index) for index in e.indices if index != _WHOLE]
 
 
 def read_member(m: Machine, e: Member) -> Value:
     """A component of a position [mm, deg], or a member of a record. Raises StatementError (I224) for another name."""
-    from olp.runtime.evaluate import evaluate
-
     value = evaluate(m, e.base)
     if isinstance(value, Record):
         for name, member in value.members.items():
@@ -201,8 +194,6 @@ def pose_of_rotation_vector(x: float, y: float, z: float, vector: tuple[float, f
 
 def write_item(m: Machine, target: Item, value: Value) -> None:
     """Stores an element. Raises StatementError (I223) outside of the array."""
-    from olp.runtime.evaluate import copied, evaluate, find_slot, fitted
-
     base = target.base
     if type(value) is float and isinstance(base, Named) and (slot := find_slot(m, base.name)) is not None:
         value = fitted(slot.type, value)
@@ -236,8 +227,6 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
 
 def write_member(m: Machine, target: Member, value: Value) -> None:
     """Stores a component of a position [mm, deg] or a member of a record."""
-    from olp.runtime.evaluate import copied, evaluate
-
     name = target.name.lower()
     try:
         old = evaluate(m, target.base)
@@ -267,8 +256,6 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
 
 def _is_structure(m: Machine, e: Expression) -> bool:
     """Whether a variable, or its elements, are of a type of the program's own."""
-    from olp.runtime.evaluate import find_slot
-
     base = e.base if isinstance(e, Item) else e
     slot = find_slot(m, base.name) if isinstance(base, Named) else None
     return slot is not None and slot.type not in _NO_STRUCTURES
@@ -325,8 +312,6 @@ def _replaced(old: PositionValue, index: int, value: float) -> PositionValue:
 
 def _changed(m: Machine, target: Expression) -> None:
     """Tells the loops that wait for it which variable has changed inside."""
-    from olp.runtime.evaluate import note_change
-
     while isinstance(target, (Item, Member)):
         target = target.base
     if isinstance(target, Named):

@@ -450,13 +450,17 @@ def _reachable(
     same = coupled.tolist()
     following = 0.0
     for i in range(len(entry) - 1, -1, -1):
-        leave[i] = min(leave[i], following + brake[i + 1])
+        most = following + brake[i + 1]
+        if most < leave[i]:
+            leave[i] = most
         if same[i]:
             entry[i] = leave[i] = min(entry[i], leave[i])
         following = entry[i]
     previous = 0.0
     for i in range(len(entry)):
-        entry[i] = min(entry[i], previous + push[i])
+        most = previous + push[i]
+        if most < entry[i]:
+            entry[i] = most
         if same[i]:
             entry[i] = leave[i] = min(entry[i], leave[i])
         previous = leave[i]
