@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import zip_longest
+from itertools import islice, zip_longest
 from pathlib import PurePath
 from typing import NamedTuple
 
@@ -31,6 +31,7 @@ _SAME_AXIS = 0.01  # [mm or deg] of an external axis: what three decimals leave 
 _SAME_VALUE = 1e-5  # of a signal's value, as a share and as a number
 _AHEAD = 64  # steps that are looked at for the next pair
 _MUCH_LONGER = 8  # times the steps of the other: not for the same statements, where both were stopped
+_KINDS = tuple(StepKind)  # by their number
 _ARC = 8  # steps of one program that may be one arc in the other
 
 
@@ -218,7 +219,8 @@ def _carried(steps: list[ComparedStep]) -> list[ComparedStep]:
         if s.kind is StepKind.MOVE:
             beside = s.beside or last
             shifts = any(abs(x - y) > _SAME_AXIS for x, y in zip(last, beside, strict=False))
-            s = s._replace(beside=beside, shifts=shifts)
+            if shifts or beside is not s.beside:
+                s = s._replace(beside=beside, shifts=shifts)
             last = beside
         found.append(s)
     return found
@@ -614,7 +616,8 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
     if a == b or any(map(math.isnan, (*a, *b))) or not a or not b:
         return 0.0
     x, y = np.array(a), np.array(b)
-    chord = min(float(np.linalg.norm(x - y)), float(np.linalg.norm(x + y)))
+    less, more = x - y, x + y
+    chord = math.sqrt(min(less @ less, more @ more))
     return 4.0 * math.asin(min(chord / 2.0, 1.0))
 
 
@@ -636,39 +639,30 @@ def steps_of(
     """
     found: list[ComparedStep] = []
     last = -1  # move among those that were found
-    middles = _middles(plan)
-    tools = {
-        number: (*pose.position.tolist(), *quaternion_from_rotation(pose.rotation[None])[0].tolist())
-        for number, pose in plan.tools.items()
-    }
     names = [PurePath(source.path).name for source in plan.sources]
-    far = _far_apart(plan)
-    for at in range(len(plan) if stop is None else stop):
-        kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
-        if without and line in without and plan.source[at] == 0:
+    far, moves, durations = _far_apart(plan), _MoveRows.of(plan), plan.durations.tolist()
+    steps = zip(*(column.tolist() for column in (plan.kind, plan.line, plan.source, plan.row)), strict=True)
+    for at, (code, line, source, row) in enumerate(islice(steps, stop)):
+        if without and line in without and source == 0:
             continue
-        row = int(plan.row[at])
+        kind = _KINDS[code]
         took = float(seconds[at]) if len(seconds) else 0.0
-        file = names[int(plan.source[at])]
+        file = names[source]
         if kind is StepKind.MOVE:
-            step = _move(plan, row, line, middles, tools)
             # Where the arm stands before its first move is mostly not known: there the move begins where it ends.
             begins = last >= 0 or plan.moves.start[row] != plan.moves.target[row]
+            still = begins and not far[row] and _goes_nowhere(plan, row)
             last = len(found)
-            found.append(
-                step._replace(
-                    seconds=took, still=begins and not far[row] and _goes_nowhere(plan, row), file=file
-                )
-            )
+            found.append(_move(plan, moves, row, line, took, still, file))
             continue
-        lasts = float(plan.durations[row])
+        lasts = durations[row]
         if kind is StepKind.WAIT and lasts > 0.0 and last >= 0 and not found[last].exact:
             # A move whose end is passed comes to rest all the same where the program then waits for a time.
             found[last] = found[last]._replace(exact=True, blend=0.0)
         if kind is StepKind.WAIT and not lasts and row not in plan.events:
             continue  # a routine of the controller's own that is passed over, or a wait of no time
         if kind is StepKind.SIGNAL and not lasts and row not in plan.events:
-            if line in comments and plan.source[at] == 0:
+            if line in comments and source == 0:
                 continue
             if found and _is_message(found[-1]) and found[-1].line == line:
                 continue  # a window and what it says: one message
@@ -724,37 +718,78 @@ def _goes_nowhere(plan: Plan, row: int) -> bool:
     return bool(len(known)) and bool((np.abs(known) < _TURN).all())
 
 
+class _MoveRows(NamedTuple):
+    """Columns of a plan's moves as lists, the positions by their index in the pool: every move asks for all."""
+
+    target: list[int]
+    path: list[int]
+    blend_code: list[int]
+    blend: list[float]
+    travel: list[float]
+    turn: list[float]
+    duration: list[float]
+    fraction: list[float]
+    length: list[float]
+    position: list[list[float]]
+    quaternion: list[list[float]]
+    axes: list[list[float]]
+    tool: list[tuple[float, ...]]  # of each move
+    middle: Mapping[int, tuple[float, ...]]  # row -> the point half on the way of each arc
+
+    @classmethod
+    def of(cls, plan: Plan) -> _MoveRows:
+        moves, positions = plan.moves, plan.positions
+        tools = {
+            number: (*pose.position.tolist(), *quaternion_from_rotation(pose.rotation[None])[0].tolist())
+            for number, pose in plan.tools.items()
+        }
+        held = [-1] * len(moves.target) if plan.held is None else plan.held.tolist()
+        return cls(
+            moves.target.tolist(),
+            moves.path.tolist(),
+            moves.blend_code.tolist(),
+            moves.blend.tolist(),
+            moves.travel.tolist(),
+            moves.turn.tolist(),
+            moves.duration.tolist(),
+            moves.fraction.tolist(),
+            moves.length.tolist(),
+            positions.position.tolist(),
+            positions.quaternion.tolist(),
+            positions.axes.tolist(),
+            [tools.get(number, ()) for number in held],
+            _middles(plan),
+        )
+
+
 def _move(
-    plan: Plan,
-    row: int,
-    line: int,
-    middles: Mapping[int, tuple[float, ...]],
-    tools: Mapping[int, tuple[float, ...]],
+    plan: Plan, moves: _MoveRows, row: int, line: int, took: float, still: bool, file: str
 ) -> ComparedStep:
-    moves, positions = plan.moves, plan.positions
-    target = int(moves.target[row])
-    path = PATHS[int(moves.path[row])]
-    code = int(moves.blend_code[row])
+    target, code = moves.target[row], moves.blend_code[row]
+    path = PATHS[moves.path[row]]
     zone = code == BlendCode.ZONE and _shares(plan.zone_law)
-    size = math.nan if zone else float(moves.blend[row])
+    size = math.nan if zone else moves.blend[row]
     return ComparedStep(
         StepKind.MOVE,
         line,
         path,
-        tuple(positions.position[target].tolist()),
-        tuple(positions.quaternion[target].tolist()),
-        tuple(positions.axes[target].tolist()),
-        float(moves.travel[row]) if path is not Path.JOINT else math.nan,
-        float(moves.turn[row]),
-        _asked(plan, row) if path is Path.JOINT else float(moves.duration[row]),
+        tuple(moves.position[target]),
+        tuple(moves.quaternion[target]),
+        tuple(moves.axes[target]),
+        moves.travel[row] if path is not Path.JOINT else math.nan,
+        moves.turn[row],
+        _asked(plan, row) if path is Path.JOINT else moves.duration[row],
         0.0 if code == 0 else size,
         code == 0,
-        fraction=float(moves.fraction[row]),
+        seconds=took,
+        length=moves.length[row],
+        middle=moves.middle.get(row, ()),
+        circle=_circle_of(plan, row) if row in moves.middle else (),
+        still=still,
+        file=file,
+        fraction=moves.fraction[row],
+        tool=moves.tool[row],
         beside=plan.beside.get(row, ()),
-        tool=() if plan.held is None else tools.get(int(plan.held[row]), ()),
-        length=float(moves.length[row]),
-        middle=middles.get(row, ()),
-        circle=_circle_of(plan, row) if row in middles else (),
     )
 
 
