@@ -126,6 +126,12 @@ def test_repeats_that_are_mostly_equal_in_the_digits_of_the_clock_do_not_hide_th
     assert found.value == pytest.approx(left.std(), rel=0.15)
 
 
+def is_beyond_digits(left, case, order=0.0):
+    """Of durations that are `left` [s] longer than the simulated ones."""
+    case.measured = case.simulated + left
+    return beyond_digits(left, case, order)
+
+
 def test_rounding_that_repeats_give_again_is_not_beyond_the_digits():
     """Repeats are rounded by the same: their residuals go together, and it is the clock's doing."""
     larger = []
@@ -134,11 +140,23 @@ def test_rounding_that_repeats_give_again_is_not_beyond_the_digits():
         case.resolution, case.simulated = 0.01, np.tile(rng.uniform(1.0, 3.0, 20), 8)
         left = np.round(case.simulated, 2) - case.simulated
         larger.append(np.sqrt(np.mean(left**2)) > 0.01 / np.sqrt(12.0))
-        assert not beyond_digits(left, case)
-        assert beyond_digits(left + np.where(case.repeats < 10, 0.006, -0.006), case)
+        assert not is_beyond_digits(left, case)
+        assert is_beyond_digits(left + np.where(case.repeats < 10, 0.006, -0.006), case)
     assert np.mean(larger) > 0.3  # than the mean square of rounding, by chance
     case.resolution = 0.0
-    assert beyond_digits(left, case)
+    assert is_beyond_digits(left, case)
+
+
+def test_rounding_of_moves_that_take_one_time_at_many_places_is_not_beyond_the_digits():
+    """Lines to the places of a pallet are no repeats, and are rounded as if they were: few durations are foretold."""
+    for seed in range(40):
+        case, rng = moves(80, 1, seed)
+        case.resolution, case.simulated = 0.01, rng.choice(rng.uniform(1.0, 3.0, 4), 80)
+        left = np.round(case.simulated, 2) - case.simulated
+        assert not is_beyond_digits(left, case)
+        assert is_beyond_digits(
+            left + np.where(case.simulated < np.median(case.simulated), 0.015, -0.015), case
+        )
 
 
 def test_stamps_on_a_grid_leave_two_roundings_in_a_duration_and_these_are_not_beyond_the_digits():
@@ -150,8 +168,8 @@ def test_stamps_on_a_grid_leave_two_roundings_in_a_duration_and_these_are_not_be
         ends = rng.uniform(0.0, 0.01) + np.concatenate([[0.0], np.cumsum(case.simulated)])
         left = np.diff(np.round(ends, 2)) - case.simulated
         order = float(left[1:] @ left[:-1] / (left @ left))
-        by_one.append(beyond_digits(left, case))
-        assert not beyond_digits(left, case, order)
+        by_one.append(is_beyond_digits(left, case))
+        assert not is_beyond_digits(left, case, order)
         more = left + np.where(case.repeats < 10, 0.006, -0.006)
-        assert beyond_digits(more, case, float(more[1:] @ more[:-1] / (more @ more)))
+        assert is_beyond_digits(more, case, float(more[1:] @ more[:-1] / (more @ more)))
     assert np.mean(by_one) > 0.5

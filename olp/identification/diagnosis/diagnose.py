@@ -39,6 +39,7 @@ from olp.identification.diagnosis.verdict import (
     in_time,
     joined,
     left_over,
+    only_rounding,
     taken_away,
     unseen_errors,
     verdict_of,
@@ -64,6 +65,11 @@ _LEAST = 1e-5  # [s] no clock is finer than that
 _HEAVY = (
     "some moves are far out, as far early as late or too few to tell, and in no kind of moves more than in others: the "
     "noise floor holds them as scatter"
+)
+
+_ROUNDED = (
+    "what remains is no more than the recorder's digits leave: moves that take one time are rounded alike, and go "
+    "together with columns by that"
 )
 
 
@@ -153,6 +159,8 @@ def _answer(
     if verdict == "unexplained" and not told.findings:
         notes = (*_far(named), *notes)
     notes = (*beside, *notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
+    if named.remains.structured and only_rounding(named):
+        notes = (*notes, _ROUNDED)
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:

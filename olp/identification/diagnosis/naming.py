@@ -185,5 +185,9 @@ def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:
     rest = np.nonzero(~late)[0].astype(np.int64)
     left = case.measured - best.model.seconds(case)
     floor = noise_left(best, case.take(rest), noise)
-    held = late.any() and cut(left, left[rest], floor) >= CUT and told_by_unseen_moves(left, noise.least)
+    held = (
+        late.any()
+        and cut(left, left[rest], floor) >= CUT
+        and told_by_unseen_moves(left, noise.least, case.resolution)
+    )
     return late if held else np.zeros_like(late)

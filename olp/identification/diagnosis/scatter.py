@@ -24,6 +24,7 @@ _LARGER = 0.001  # how seldom chance leaves so much more than a few repeats scat
 _FEWEST = 12  # moves without repeats
 _BY_CHANCE = 2.33  # standard deviations that chance passes once in a hundred recordings
 _ROUND = 1e-3  # of the resolution
+_ALIKE = 0.25  # of the resolution: durations that differ by less are rounded alike
 _PATTERN = 0.8  # times what remains: neighbours that differ by less show a pattern
 _STEP = 3.0  # standard deviations of a difference: what is farther is a step
 _FAR = 6.0  # standard deviations of the middle: what is farther is no scatter
@@ -66,7 +67,8 @@ def digits_of(case: MeasuredMoves) -> float:
 
 
 def beyond_digits(left: Floats, case: MeasuredMoves, order: float = 0.0) -> bool:
-    """Whether `left` (n,) [s] is more than rounding leaves by chance; the error of repeats is one and the same.
+    """Whether `left` (n,) [s] is more than rounding leaves by chance; the error of repeats is one and the same, and so
+    is that of moves for which one duration is foretold (a pallet's places differ, lines to them take one time).
 
     `order` [1]: correlation of a residual with the one before it. Where both are cut at one rounded stamp it is below
     0, and a duration has the errors of two stamps; what neighbours share tells how much of the second one there is. The
@@ -75,7 +77,8 @@ def beyond_digits(left: Floats, case: MeasuredMoves, order: float = 0.0) -> bool
     digits = digits_of(case)
     if not digits > 0:
         return True
-    count = len(case) - _freedom(case)
+    foretold = np.unique(np.rint((case.measured - left) / (_ALIKE * case.resolution)))
+    count = min(len(case) - _freedom(case), len(foretold))
     square = float(np.mean(left**2))
     stamp = min(max(-order, 0.0) * square, case.resolution**2 / 12.0)  # [s²]
     more = square / (digits**2 + stamp) - 1.0

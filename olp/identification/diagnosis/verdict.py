@@ -55,7 +55,7 @@ def verdict_of(named: NamingResult) -> str:
     left, raw = _beside(off, tails), rms(named.clean.residual)
     nameless = not named.fit.model.parts and not named.late.any()
     pattern = named.remains.surely_structured if nameless else named.remains.structured
-    pattern = pattern and beyond_digits(off, named.clean, named.noise.order)
+    pattern = pattern and not only_rounding(named)
     if nameless:
         grows = _growth(off, named.clean.simulated[in_time(named)]) > _GROWS
         differs = pattern or grows or left > AGREES * sigma or bool(far_moves(named).any())
@@ -66,6 +66,13 @@ def verdict_of(named: NamingResult) -> str:
     ):
         return "explained"
     return "partly-explained"
+
+
+def only_rounding(named: NamingResult) -> bool:
+    """Whether what remains is no more than the recorder's digits leave: it has a pattern where few durations are
+    foretold, each of which is rounded by the same."""
+    here = np.flatnonzero(in_time(named))
+    return not beyond_digits(left_over(named)[here], named.clean.take(here), named.noise.order)
 
 
 def far_moves(named: NamingResult) -> NDArray[np.bool_]:

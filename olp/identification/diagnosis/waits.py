@@ -96,20 +96,18 @@ def price_of_waits(few: int, count: int, moves: int) -> float:
     return few * math.log(moves) + 2.0 * choice
 
 
-def told_by_unseen_moves(residual: Floats, least: float) -> bool:
+def told_by_unseen_moves(residual: Floats, least: float, resolution: float) -> bool:
     """Whether moves that were not fitted are likelier, as all names have to make them, where some moves wait than where
-    the scatter alone has tails, however heavy, on both sides. `residual` (n,) [s] of all moves."""
-    return _gained(residual - np.median(residual), least, 1) >= -math.log(FALSE_DISCOVERIES)
+    the scatter alone has tails, however heavy, on both sides. `residual` (n,) [s] of all moves, rounded to `resolution`
+    [s]."""
+    return _likelier(residual - np.median(residual), least, resolution) >= -math.log(FALSE_DISCOVERIES)
 
 
 def far_on_one_side(residual: Floats, sigma: float, resolution: float) -> Mask:
     """(n,) three moves or more that are far out on one side, late or early, for another reason than a scatter, whose
     tails, however heavy, are on both: in recordings of a scatter alone there are some in one of a hundred, at most.
 
-    The likelihood ratio of unseen moves is one on the mean without such a reason, and so is its mean over both sides
-    and over ways to deal the moves, of which the luckiest does not decide (A. Markov's inequality). `residual` (n,)
-    [s] scatters by `sigma` [s] beside the tails. Where it is rounded to `resolution` [s], each may be any value that is
-    rounded so: what is rounded alike is no scatter.
+    `residual` (n,) [s], rounded to `resolution` [s], scatters by `sigma` [s] beside the tails.
     """
     off = residual - np.median(residual)
     reach = max(threshold(len(off)) * sigma, resolution)
@@ -117,13 +115,23 @@ def far_on_one_side(residual: Floats, sigma: float, resolution: float) -> Mask:
     far, others = (late, early) if late.sum() > early.sum() else (early, late)
     if far.sum() < max(_FEWEST, _ONE_SIDED * others.sum()):
         return np.zeros_like(far)
-    told, least = np.zeros((_DEALS, 2)), max(resolution / math.sqrt(12.0), _LEAST_WAITS)
+    sure = _likelier(off, _LEAST_WAITS, resolution) >= -math.log(_LEVEL)
+    return np.asarray(far & sure)
+
+
+def _likelier(off: Floats, least: float, resolution: float) -> float:
+    """Logarithm of how much likelier unseen moves are where some are late, or early, than by scatter alone.
+
+    The likelihood ratio of unseen moves is one on the mean without such a reason, and so is its mean over both sides
+    and over ways to deal the moves, of which the luckiest does not decide (A. Markov's inequality). Where `off` (n,)
+    [s] is rounded to `resolution` [s], each may be any value that is rounded so: what is rounded alike is no scatter.
+    """
+    told, least = np.zeros((_DEALS, 2)), max(resolution / math.sqrt(12.0), least)
     for deal in range(_DEALS):
         between = np.random.default_rng(deal).uniform(-0.5, 0.5, len(off)) * resolution
         told[deal] = [_gained(side * (off + between), least, deal) for side in (1.0, -1.0)]
     most = float(told.max())
-    sure = most + math.log(float(np.mean(np.exp(told - most)))) >= -math.log(_LEVEL)
-    return np.asarray(far & sure)
+    return most + math.log(float(np.mean(np.exp(told - most))))
 
 
 def _gained(off: Floats, least: float, deal: int) -> float:
