@@ -3852,3 +3852,53 @@ def test_the_limit_of_waits_of_fanuc_is_one_for_all_programs():
     assert any(
         "$WAITTMOUT" in row for row in before_it_runs(link(read(text, "rapid")), made, "tp", None, True)
     )
+
+
+def test_a_joined_text_that_outgrows_the_targets_variables_is_told():
+    """RAPID's strings hold 80 characters, INFORM's 32; KRL's arrays are as long as what is joined."""
+    start = "a text that grows with each step of the program until it has 80, "
+    rows = (
+        "x = 3",
+        f's = str_cat("{start}", to_str(x))',
+        's = str_cat(s, " and then some more of it")',
+        "textmsg(s)",
+    )
+    told = {
+        loss.line: loss.says for loss in losses(script(*rows), "urscript", "rapid") if loss.part == "text"
+    }
+    assert list(told) == [4]
+    assert "up to 102 characters" in told[4]
+    assert "CHAR s_1[102]" in translated(script(*rows), "urscript", "krl")
+    assert not [loss for loss in losses(script(*rows), "urscript", "tp") if loss.part == "text"]
+    loop = (
+        's = ""',
+        "i = 0",
+        "while (i < 10):",
+        '  s = str_cat(s, "ab")',
+        "  i = i + 1",
+        "end",
+        "textmsg(s)",
+    )
+    for target in ("rapid", "krl", "inform", "tp"):
+        assert any(
+            "each pass" in loss.says for loss in losses(script(*loop), "urscript", target) if loss.line == 5
+        )
+    again = (
+        "i = 0",
+        "while (True):",
+        '  s = "number "',
+        "  s = str_cat(s, to_str(i))",
+        "  textmsg(s)",
+        "end",
+    )
+    for target in ("rapid", "krl", "inform", "tp"):
+        assert not any("variables hold" in loss.says for loss in losses(script(*again), "urscript", target))
+
+
+def test_what_a_script_takes_that_nothing_calls_is_asked_for():
+    text = "MODULE M\nPROC pick(num h,bool fast)\nIF fast SetDO do1,1;\nWaitTime h;\nENDPROC\nENDMODULE\n"
+    source = read(text, "rapid")
+    for target, wanted in (("urscript", True), ("krl", False)):
+        made = converted(text, "rapid", target).translated
+        rows = before_it_runs(link(source), made, target, None, True)
+        assert any(row.startswith("call pick with values") for row in rows) is wanted

@@ -260,6 +260,7 @@ class Limits:
     value_types: ValueTypes | None = None  # None: types need not fit
     text_quote: str = ""  # what no text holds, nor a control character; "": texts hold all
     message: int = 0  # characters of a message; 0: any number
+    longest_text: int = 0  # characters of a variable of texts; 0: as many as its declaration says
     fixed_messages: bool = False  # a message shows no value of a variable
     has_exclusive_or: bool = True  # of conditions
     has_power: bool = False  # a function raises a number to a power

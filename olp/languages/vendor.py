@@ -289,6 +289,7 @@ class Conventions:
     group_sizes: Mapping[str, int] = field(
         default_factory=dict
     )  # bus of groups -> signals in each, numbered one group after the other from 1
+    longest_text: int = 0  # characters of a variable of texts; 0: more than programs use
     counted_signals: Mapping[str, tuple[tuple[int, str], ...]] = field(
         default_factory=dict
     )  # bus of signals that one number counts -> (number, bus): from this number on those of a bus, largest first

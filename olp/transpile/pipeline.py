@@ -102,7 +102,7 @@ from olp.transpile.register_allocation import allocate_registers
 from olp.transpile.shared_variables import share_variables
 from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import long_waits, move_end_actions, pulses, signal_aliases, signal_names, signals
-from olp.transpile.source_only import comment_texts, data_comments, foreign_words, plain_texts
+from olp.transpile.source_only import comment_texts, data_comments, foreign_words, long_texts, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import hoist, short_circuit_calls, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
@@ -379,6 +379,7 @@ _TO_MOVES: Final[tuple[Pass, ...]] = (
     references,
     remainders,
     switching_fractions,
+    long_texts,
     arguments,
     functions,
     typed_values,

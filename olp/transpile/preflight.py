@@ -62,6 +62,7 @@ def before_it_runs(
         *_tool_zero(linked.program, target),
         *_systems(translated),
         *_wait_setting(translated, target),
+        *_handed_over(translated.program, target),
         *_routines(translated.program),
         *_signals(translated, target),
         *_arm(linked, translated),
@@ -218,6 +219,15 @@ def _wait_setting(translated: Translated, target: str) -> Iterator[str]:
     waits = (s for s in translated.program.statements() if isinstance(s, Wait) and s.timeout is not None)
     if setting and translated.program.vendor != target and any(waits):
         yield f"see that no other program needs another {setting}: this one sets it"
+
+
+def _handed_over(program: Program, target: str) -> Iterator[str]:
+    """What the first routine takes, where a controller's programs do not call one another: nothing gives it."""
+    if program.vendor == target or limits_of(target).shares_programs:
+        return
+    for first in [r for r in program.routines if r.name == program.main] or program.routines[:1]:
+        if names := [p.name for p in first.parameters if p.default is None]:
+            yield f"call {first.name} with values for what it takes, which nothing here does: {some(names)}"
 
 
 def _tool_data(e: Expression) -> Expression:

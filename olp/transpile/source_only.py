@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
@@ -10,6 +11,7 @@ from typing import Any, Final
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.text_lengths import text_lengths
 from olp.ir.transformer import (
     calls_nothing,
     expressions_of,
@@ -613,6 +615,26 @@ def _long_head(s: st.Message, work: TranslationContext) -> list[st.Statement]:
     last += head.value[len(head.value.rstrip()) :][:1]
     parts: list[st.Statement] = [replace(s, text=ex.Text(part), comment="") for part in firsts]
     return [*parts, replace(s, text=ex.Function(said.name, (ex.Text(last), *more)))]
+
+
+def long_texts(program: st.Program, work: TranslationContext) -> st.Program:
+    """Tells where a text that the program joins may have more characters than the target's variables hold."""
+    room, declared = work.limits.longest_text, work.limits.texts_by_statement
+    most = work.conventions.longest_text or math.inf
+    if work.source.vendor == work.target or not (declared or 0 < room < most):
+        return program
+    told: set[int] = set()
+    for s, length in text_lengths(program):
+        length = min(length, most)
+        fits = not math.isinf(length) if declared else length <= room
+        if fits or s.line in told or type(s) is not st.Assign or type(s.value) is not ex.Function:
+            continue
+        told.add(s.line)
+        may = "more characters with each pass" if math.isinf(length) else f"up to {length:g} characters"
+        has = "as many as their declaration says" if declared else f"{room} at most"
+        says = f"the text may have {may}: {language_of(work.target)}'s variables hold {has}"
+        work.lose(s, Fate.APPROXIMATED, "text", says)
+    return program
 
 
 def _with_legal_texts(s: st.Statement, work: TranslationContext) -> list[st.Statement]:

@@ -29,6 +29,7 @@ class Inform(Vendor):
     blending = "yaskawa"
     written_suffix = ".JBI"
     conventions = Conventions(
+        longest_text=32,
         own_sign="$",
         analog_values="volts",
         usual_pulse=0.3,

@@ -14,6 +14,7 @@ MOST_ARGUMENTS: Final = 8  # of a CALL, IARG#(1) to IARG#(8)
 LONGEST_TEXT: Final = 32  # [characters], of a YRC1000's S000; a DX200 has 16 (from memory: no page at hand)
 
 LIMITS: Final = Limits(
+    longest_text=LONGEST_TEXT,
     dimensions="one",
     routine_name=32,
     variable_name=16,

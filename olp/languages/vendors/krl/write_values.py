@@ -12,6 +12,7 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.text_lengths import text_lengths
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.languages.generator import CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed, trimmed
@@ -137,12 +138,13 @@ def _status(it: ex.PositionLiteral) -> list[str]:
 
 
 def _longest_text(program: st.Program, declared: Iterable[st.Statement]) -> int:
-    """How many characters the program's texts take: 80, or more where one that is written out has more."""
+    """How many characters the program's texts take: 80, or more where one that is written out or joined has more."""
     if not any(isinstance(d, st.Declare) and d.type == "string" for d in declared):
         return TEXT_LENGTH
     rows = (s for s in program.statements() if not (calls_nothing(s) or isinstance(s, st.Message)))
-    texts = (e for s in rows for e in expressions_of(s) if type(e) is ex.Text)
-    return max([TEXT_LENGTH, *(len(e.value) for e in texts)])
+    texts = [len(e.value) for s in rows for e in expressions_of(s) if type(e) is ex.Text]
+    joined = [length for _, length in text_lengths(program)]
+    return int(max(TEXT_LENGTH, *texts, *(length for length in joined if not math.isinf(length))))
 
 
 class KrlValues(Generator):

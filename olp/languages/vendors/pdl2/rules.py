@@ -26,7 +26,8 @@ _BUSES: Final = {
 }  # fmt: skip
 _FUNCTIONS: Final[dict[str, str]] = {
     "SQRT": "sqrt", "ABS": "abs", "SIN": "sin", "COS": "cos", "TAN": "tan", "ATAN2": "atan2", "ROUND": "round",
-    "TRUNC": "trunc", "EXP": "exp", "LN": "log", "POS_INV": "pose-inverse", "STR_LEN": "length-of-text",
+    "ASIN": "asin", "ACOS": "acos", "TRUNC": "trunc", "EXP": "exp", "LN": "log",
+    "POS_INV": "pose-inverse", "STR_LEN": "length-of-text",
 }  # fmt: skip
 _HERE: Final = ex.SystemValue("current-pose")
 _CURRENT: Final[dict[str, ex.Expression]] = {"ARM_POS": _HERE, "ARM_JNTP": ex.SystemValue("current-joints")}

@@ -62,6 +62,7 @@ class Rapid(Vendor):
     comment_length = 80
     blending = "abb"
     conventions = Conventions(
+        longest_text=80,  # kernel manual
         analog_values="the unit of the signal's configuration",
         usual_pulse=0.2,
         arm_flags=ArmFlags.QUARTERS,

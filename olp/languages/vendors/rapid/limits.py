@@ -23,6 +23,7 @@ RESERVED: Final = frozenset(_WORDS.split())
 LONGEST_TEXT: Final = 80  # [characters], of a string (kernel manual)
 
 LIMITS = Limits(
+    longest_text=LONGEST_TEXT,
     joint_lines=False,
     started="main",
     speeds_needed=True,

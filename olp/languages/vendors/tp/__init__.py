@@ -31,6 +31,7 @@ class Tp(Vendor):
     comment_length = 32
     blending = "fanuc"
     conventions = Conventions(
+        longest_text=254,
         own_sign="$",
         on_from_one=True,  # "less than 1 and greater than -1" is off (R-30iB, mixed logic instructions)
         analog_values="the counts of its module",

@@ -18,6 +18,7 @@ MOST_ARGUMENTS: Final = 10  # of a CALL, AR[1] to AR[10]
 # SELECT jumps or calls and holds no blocks: for a translation that is no switch. Labels are numbers whose comment is
 # the label's name, so their length has no bound.
 LIMITS: Final = Limits(
+    longest_text=254,  # of a string register (R-30iB, string register instructions; from memory)
     dimensions="one",
     untaught_points=True,  # ********
     speeds_needed=True,
