@@ -171,6 +171,27 @@ def test_the_list_beside_a_program_is_found_whatever_its_case(tmp_path: Path) ->
     assert [Path(s.path).name for s in program.companions] == ["Part.Dat"]
 
 
+def test_files_that_are_searched_for_a_name_are_read_once_for_all_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "part.src").write_bytes(b"DEF part ( )\r\nDECL INT n\r\nn=PARTS\r\nEND\r\n")
+    (tmp_path / "other.src").write_bytes(b"DEF other ( )\r\nEND\r\n")
+    read_input, asked = olp.core.source.read_input, []
+
+    def noted(path: Path, most: int) -> bytes:
+        asked.append(Path(path).name)
+        return read_input(path, most)
+
+    monkeypatch.setattr(olp.core.source, "read_input", noted)
+    program = olp.read(tmp_path / "part.src")
+    for _ in range(3):
+        assert [one.code for one in program.plan().diagnostics] == ["I209"]
+    assert asked.count("other.src") == 1
+    (tmp_path / "other.src").write_bytes(b"DEF other ( )\r\nEND\r\nDEF third ( )\r\nEND\r\n")
+    program.plan()
+    assert asked.count("other.src") == 2
+
+
 @pytest.mark.parametrize("folder", ["", "System", "../System", "R1/System"])
 def test_the_controllers_list_is_found_in_its_folders(tmp_path: Path, folder: str) -> None:
     here = tmp_path / "work"

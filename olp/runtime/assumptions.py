@@ -91,6 +91,7 @@ class SignalKey(NamedTuple):
     number: int | str
 
 
+@lru_cache(maxsize=64)  # every read of a signal asks
 def holds_number(bus: str) -> bool:
     """Whether the signals of a bus are numbers; what one with a name alone is, is not known."""
     return any(word in bus for word in ("group", "analog", "register"))

@@ -39,6 +39,8 @@ ZEROS: Final[Mapping[str, Value]] = {
 
 _LEFT_OPEN: Final = ex.Unknown("")  # an element of an array to which no list gives a value
 _POSE_SIZE: Final = 6
+# Looked up once: every variable asks.
+_ROBOT, _SYSTEM, _REAL, _STRING = ex.Store.ROBOT, ex.Store.SYSTEM, ex.Store.REAL, ex.Store.STRING
 _POSITION_PARTS: Final = (ex.Store.ROBOT, ex.Store.BASE, ex.Store.STATION)
 _CHECK: Final = "check the value on the right"
 
@@ -51,7 +53,7 @@ def read_variable(m: Machine, store: ex.Store, index: int, local: bool) -> Value
     value = values.get(key)
     if value is not None:
         return value
-    if store is ex.Store.SYSTEM:
+    if store is _SYSTEM:
         parts = ((part, values.get((part, index))) for part in _POSITION_PARTS)
         held = tuple(
             (part, part_value) for part, part_value in parts if isinstance(part_value, PositionValue)
@@ -74,7 +76,7 @@ def read_variable(m: Machine, store: ex.Store, index: int, local: bool) -> Value
             f"position {name} has no value",
             f"{beside}say it in olp.toml: [variables] {name} = {{ pulse = [ … ] }}",
         )
-    shown = '""' if store is ex.Store.STRING else "0"
+    shown = '""' if store is _STRING else "0"
     files = "VAR.DAT or olp.toml" if m.conventions.saved_variables else "olp.toml"
     where = "never set before it is read here" if local else f"not in {files}"
     if not local:
@@ -87,7 +89,7 @@ def store_variable(m: Machine, store: ex.Store, index: int, local: bool, value: 
     """Stores a value as the variable's kind holds it. Raises StatementError when it does not fit."""
     _check_index(index)
     key = (store, index)
-    if store is ex.Store.SYSTEM:
+    if store is _SYSTEM:
         _store_system(m, index, local, value)
         return
     held = coerce(m, store, value)
@@ -113,15 +115,15 @@ def _store_system(m: Machine, index: int, local: bool, value: Value) -> None:
 
 def coerce(m: Machine, store: ex.Store, value: Value) -> Value:
     """`value` as a variable of kind `store` holds it."""
-    if store is ex.Store.REAL:
+    if store is _REAL:
         if isinstance(value, (int, float)):
             return finite(float(value))
         raise StatementError("I204", "a real variable holds numbers only", _CHECK)
     if store in INTEGERS:
         return _integer(m, store, value)
-    if store is ex.Store.STRING:
+    if store is _STRING:
         return value if isinstance(value, str) else _as_text(value)
-    if isinstance(value, PositionValue) and (store is not ex.Store.ROBOT or is_whole(value)):
+    if isinstance(value, PositionValue) and (store is not _ROBOT or is_whole(value)):
         return value
     raise StatementError(
         "I204", "a position variable holds positions of its own kind only", "set its elements one by one"
@@ -596,12 +598,15 @@ def declare_module(m: Machine, source: int) -> None:
 def _same_elsewhere(m: Machine, data: tuple[Declare, ...]) -> Scope:
     """The variables of other files that these declarations, which share them, declare again."""
     found: Scope = {}
+    shared = [(fold(m, d.name), d) for d in data if d.shared]
     for source, scope in m.modules.items():
+        here = [(name, d) for name, d in shared if name in scope]
+        if not here:  # as in most of many files
+            continue
         others = {fold(m, d.name): d for d in m.jobs.programs[source].data if d.shared}
-        for d in data:
-            other = others.get(fold(m, d.name))
-            if d.shared and other is not None and is_same(d, other) and fold(m, other.name) in scope:
-                found.setdefault(fold(m, d.name), scope[fold(m, d.name)])
+        for name, d in here:
+            if name in others and is_same(d, others[name]):
+                found.setdefault(name, scope[name])
     return found
 
 

@@ -80,6 +80,16 @@ def _read(path: Path, _: tuple[int, int]) -> Program:
     return read(path)
 
 
+def lower_case_cached(paths: tuple[Path, ...]) -> bytes:
+    """The texts of files together, in lower case, read once per state of the files. Raises OSError."""
+    return _lower_case(paths, tuple(map(_stamp, paths)))
+
+
+@lru_cache(maxsize=256)
+def _lower_case(paths: tuple[Path, ...], _: tuple[tuple[int, int], ...]) -> bytes:
+    return b" ".join(source.load(path).raw.lower() for path in paths)
+
+
 @lru_cache(maxsize=16)
 def _backup(folder: Path, _: tuple[tuple[str, int, int], ...]) -> Backup:
     from olp.robots.backup.backup import read_backup

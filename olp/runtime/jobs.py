@@ -12,14 +12,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity
-from olp.core.source import Source, load
+from olp.core.source import Source
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.points import PointTable
 from olp.languages.vendor import Vendor, find_vendor
 from olp.runtime.end_actions import with_end_actions
-from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
+from olp.runtime.folder import files_by_name_record, files_by_stem, lower_case_cached, read_cached
 from olp.runtime.memory import Scope
 from olp.runtime.raised import with_raised
 
@@ -414,7 +414,7 @@ def _text_of(path: Path, vendor: Vendor) -> bytes:
     """A file and the lists of its name, in lower case."""
     lists = (files_by_stem(path.parent, suffix).get(path.stem.upper()) for suffix in vendor.list_suffixes)
     try:
-        return b" ".join(load(one).raw.lower() for one in (path, *lists) if one is not None)
+        return lower_case_cached((path, *(one for one in lists if one is not None)))
     except OSError:
         return b""  # and reading it says why
 

@@ -109,10 +109,7 @@ class MadeUp:
 
     def _chance(self, thing: UnknownThing) -> Random | None:
         """Where its values come from, None where it has none."""
-        return self._random(thing) if self._is_made_up(thing) else None
-
-    def _random(self, thing: UnknownThing) -> Random:
-        return Random(f"{self.seed} {thing}")
+        return Random(f"{self.seed} {thing}") if self._is_made_up(thing) else None
 
     def _keep(self, thing: UnknownThing, made: Made) -> None:
         self.asked[thing] = made
@@ -211,7 +208,7 @@ class MadeUp:
         choices = self.choices.get(thing, ())
         if choices:
             return choices[(_first(thing) + self.seed) % len(choices)]
-        number = self._random(thing).randint(1, _LARGEST)
+        number = _number_of(f"{self.seed} {thing}")
         return number if whole or self.seed % 2 else number + _FRACTION
 
     def _position(self, thing: UnknownThing, frames: bool, type_: str = "position") -> PositionValue | None:
@@ -234,12 +231,18 @@ class MadeUp:
 
 
 def _first(thing: UnknownThing) -> int:
-    return _drawn(str(thing))
+    return _place_of(str(thing))
 
 
-@lru_cache(maxsize=4096)  # a program may ask its controller for something at every move
-def _drawn(thing: str) -> int:
+# A program may ask its controller for something at every move.
+@lru_cache(maxsize=4096)
+def _place_of(thing: str) -> int:
     return Random(thing).randrange(1000)
+
+
+@lru_cache(maxsize=4096)
+def _number_of(seed_and_thing: str) -> int:
+    return Random(seed_and_thing).randint(1, _LARGEST)
 
 
 def _about(values: tuple[float, ...], by: tuple[float, float], chance: Random) -> tuple[float, ...]:

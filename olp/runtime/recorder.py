@@ -130,6 +130,8 @@ def from_share(cptp: ArrayLike, length: ArrayLike) -> Floats:
 # --- Columns ---
 
 _JOINT = PATHS.index(Path.JOINT)
+# Looked up once: every step asks.
+_MOVE, _WAIT, _SIGNAL, _EXACT = StepKind.MOVE, StepKind.WAIT, StepKind.SIGNAL, int(BlendCode.EXACT)
 _HIGHEST_TOOL = np.iinfo(np.int32).max  # a program may write a number of any size, which is no tool's
 NOWHERE = -1  # the position before the first move
 
@@ -452,7 +454,7 @@ class Recorder:
         """Begins a move; one `row` per mechanism follows. Raises what `olp.core.result_cache.check` does."""
         if not len(self._kind) & _CHECKED:
             check()
-        self._kind.append(StepKind.MOVE)
+        self._kind.append(_MOVE)
         self._row.append(len(self._moves))
         self._last_move = len(self._moves)
         self._source.append(source)
@@ -507,9 +509,9 @@ class Recorder:
         """The last move stops at its target, whatever blend it asks for."""
         for row in range(self._last_move, len(self._moves)):
             move = self._moves[row]
-            if move[6] == BlendCode.EXACT:
+            if move[6] == _EXACT:
                 continue
-            self._moves[row] = (*move[:6], int(BlendCode.EXACT), math.nan, *move[8:])
+            self._moves[row] = (*move[:6], _EXACT, math.nan, *move[8:])
             if row in self._extras:
                 self._extras[row] = self._extras[row]._replace(blend="")
         self._last_move = len(self._moves)
@@ -531,11 +533,11 @@ class Recorder:
 
     def wait(self, source: int, line: int, seconds: float, event: Event | None = None) -> None:
         """A wait of `seconds` [s]."""
-        self._timed(StepKind.WAIT, source, line, seconds, event)
+        self._timed(_WAIT, source, line, seconds, event)
 
     def signal(self, source: int, line: int, seconds: float = 0.0, event: Event | None = None) -> None:
         """An output, process instruction or message that takes `seconds` [s]."""
-        self._timed(StepKind.SIGNAL, source, line, seconds, event)
+        self._timed(_SIGNAL, source, line, seconds, event)
 
     def _timed(self, kind: StepKind, source: int, line: int, seconds: float, event: Event | None) -> None:
         if event is not None:

@@ -25,20 +25,21 @@ def key_of(m: Machine, signal: Signal) -> SignalKey:
 
 def counted(m: Machine, bus: str, number: int) -> SignalKey:
     """The signal of a number, where one number counts those of several buses."""
-    counts = m.conventions.counted_signals.get(bus, ()) if m.conventions.counted_signals else ()
-    first, own = next(((first, own) for first, own in counts if number >= first), (0, bus))
-    return SignalKey(own, number - first)
+    for first, own in m.conventions.counted_signals.get(bus, ()):
+        if number >= first:
+            return SignalKey(own, number - first)
+    return SignalKey(bus, number)
 
 
 def read_signal(m: Machine, signal: Signal) -> Value:
     """The signal's value: a bool, or a number for groups and registers."""
     if signal.bus in PERIPHERY:
         m.stop_advance()
-    key = key_of(m, signal)
-    value = _raw(m, key, holds_number(signal.bus))
+    is_number = holds_number(signal.bus)
+    value = _raw(m, key_of(m, signal), is_number)
     if signal.part:
         value = value >> _HALF & 0xFF if signal.part == "high" else value & 0xFF
-    return value if holds_number(signal.bus) or value not in (0, 1) else bool(value)
+    return value if is_number or value not in (0, 1) else bool(value)
 
 
 def _raw(m: Machine, key: SignalKey, is_number: bool) -> int:

@@ -17,6 +17,7 @@ from olp.runtime.memory import ACTIVE, Array, AssumedResult, PositionValue, Reco
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
+_POSE, _AXES = PointKind.POSE, PointKind.JOINT  # looked up once: every component asks
 _JOINT = PointState(PointKind.JOINT, "joint")
 _EXTERNAL = "extax"  # the axes beside the arm as a whole
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -32,7 +33,7 @@ _TURNS = ("q1", "q2", "q3", "q4", "rotation1", "rotation2", "rotation3")
 
 def literal_position(e: PositionLiteral) -> PositionValue:
     """A position written out; a pose stands in the frame that holds when it is moved to."""
-    if e.kind == PointKind.JOINT:
+    if e.kind == _AXES:
         return PositionValue(_JOINT, e.values, e.external)
     return PositionValue(_written_state(e.configuration, e.sectors), e.values, e.external)
 
@@ -73,7 +74,7 @@ def _element(value: Value, index: int, e: Item) -> Value:
         return value
     if isinstance(value, Array):
         items = value.items
-    elif isinstance(value, PositionValue) and value.state.kind is PointKind.JOINT:
+    elif isinstance(value, PositionValue) and value.state.kind is _AXES:
         items = [v / deg for v in value.values]
     elif isinstance(value, PositionValue):
         items = [v / scale for v, scale in zip(value.values, _SCALES, strict=False)]
@@ -93,7 +94,7 @@ def _element(value: Value, index: int, e: Item) -> Value:
 
 def _indices(m: Machine, e: Item) -> list[int]:
     """The indices that are there: `NAMES[2,]` is a row as a whole."""
-    return [whole(m, index) for index in e.indices if index != _WHOLE]
+    return [whole(m, index) for index in e.indices if type(index) is not Unknown or index != _WHOLE]
 
 
 def read_member(m: Machine, e: Member) -> Value:
@@ -112,17 +113,17 @@ def read_member(m: Machine, e: Member) -> Value:
 
 def _component(m: Machine, value: PositionValue, e: Member) -> float:
     name = _name(value, e)
-    if value.state.kind is PointKind.POSE and name in _COMPONENTS:
+    if value.state.kind is _POSE and name in _COMPONENTS:
         index = _COMPONENTS.index(name)
         if index >= 3 and m.conventions.whole_turns:
             return angles_of_turn(value.values[3:6], m.made_up is not None)[index - 3] / deg
         return value.values[index] / _SCALES[index]
-    if value.state.kind is PointKind.POSE and name in _TURNS:
+    if value.state.kind is _POSE and name in _TURNS:
         return _turn(value, name)
     if name[:1] == "e" and name[1:].isdigit():
         index = int(name[1:]) - 1
         return value.external[index] if index < len(value.external) else 0.0
-    if value.state.kind is PointKind.JOINT and name[:1] in "aj" and name[1:].isdigit():
+    if value.state.kind is _AXES and name[:1] in "aj" and name[1:].isdigit():
         index = int(name[1:]) - 1
         if index < len(value.values):
             return value.values[index] / deg
@@ -153,7 +154,7 @@ def _within(angle: float) -> float:
 def _name(value: PositionValue, e: Member) -> str:
     """The component, lower case; of a register that holds joint values the second is axis 2."""
     name = e.name.lower()
-    if value.state.kind is PointKind.JOINT and isinstance(e.base, Variable) and name in _COMPONENTS:
+    if value.state.kind is _AXES and isinstance(e.base, Variable) and name in _COMPONENTS:
         return f"j{_COMPONENTS.index(name) + 1}"
     return name
 
@@ -219,7 +220,7 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
     elif isinstance(held, PositionValue) and not before and 1 <= last <= len(held.values):
         if not isinstance(value, (int, float)):
             raise StatementError("I204", "an element of a position holds a number", "check the value")
-        scales = (deg,) * len(held.values) if held.state.kind is PointKind.JOINT else _SCALES
+        scales = (deg,) * len(held.values) if held.state.kind is _AXES else _SCALES
         m.operations.store(m, target.base, _replaced(held, last - 1, value * scales[last - 1]))
     else:
         raise StatementError("I223", f"{spell(target.base)} has no such element", "name an array")
@@ -262,17 +263,17 @@ def _is_structure(m: Machine, e: Expression) -> bool:
 
 
 def _with_component(old: PositionValue, target: Member, name: str, value: float) -> PositionValue:
-    if old.state.kind is PointKind.POSE and name in _COMPONENTS:
+    if old.state.kind is _POSE and name in _COMPONENTS:
         index = _COMPONENTS.index(name)
         return _replaced(old, index, value * _SCALES[index])
-    if old.state.kind is PointKind.POSE and name in _TURNS:
+    if old.state.kind is _POSE and name in _TURNS:
         return _turned(old, name, value)
     if name[:1] == "e" and name[1:].isdigit():
         index = int(name[1:]) - 1
         external = list(old.external) + [0.0] * (index + 1 - len(old.external))
         external[index] = value
         return old._replace(external=tuple(external))
-    if old.state.kind is PointKind.JOINT and name[:1] in "aj" and name[1:].isdigit():
+    if old.state.kind is _AXES and name[:1] in "aj" and name[1:].isdigit():
         index = int(name[1:]) - 1
         if 0 <= index < len(old.values):
             return _replaced(old, index, value * deg)

@@ -302,8 +302,9 @@ def _gather(
     steps = np.nonzero(is_move)[0].tolist()
     for step, path in zip(steps, moves.path[first].tolist(), strict=True):
         kind[step] = names[path]
-    for step in np.nonzero(timed)[0].tolist():
-        kind[step] = "wait" if plan.kind[step] == StepKind.WAIT else "signal"
+    waits = (plan.kind == StepKind.WAIT)[timed].tolist()
+    for step, waiting in zip(np.nonzero(timed)[0].tolist(), waits, strict=True):
+        kind[step] = "wait" if waiting else "signal"
     # The tool's path in a joint move is no line, so its speed along the chord would mislead.
     travelling = wanted.metric & ~wanted.unknown & (moves.path != PATHS.index(Path.JOINT))
     metric = np.where(travelling, 1.0, np.nan)
