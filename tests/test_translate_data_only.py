@@ -1,6 +1,7 @@
 """Files that hold data and nothing that runs: a list for KRL, a module for RAPID, elsewhere an error that says why."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -155,3 +156,12 @@ def test_the_receipt_says_that_nothing_runs_and_asks_for_no_run(tmp_path, capsys
     assert "nothing in it runs: it holds data" in told
     assert "could not be run" not in told
     assert "step through it" not in told
+
+
+def test_a_project_that_only_names_its_programs_is_no_empty_module():
+    """A .pjx became an empty module, "0 statements: all exact"."""
+    project = Path(__file__).parent.parent / "samples" / "val3" / "handling.pjx"
+    for target in ("rapid", "krl", "tp"):
+        with pytest.raises(OlpError) as told:
+            convert(olp.read(project), target)
+        assert told.value.diagnostics[0].code == "X014"

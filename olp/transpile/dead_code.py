@@ -152,6 +152,7 @@ def _alien(name: str, kind: str, work: TranslationContext) -> str:
 
 DATA_ALONE: Final = "X014"
 _NO_LETTER: Final = re.compile(r"[^A-Za-z0-9_]+")
+_NAMES_OTHERS: Final = "convert the program that starts, or the folder"
 _HELP: Final = "convert the program that uses it, which lies in the same folder: the data come with it"
 
 
@@ -167,10 +168,14 @@ def _runs(routine: Routine) -> bool:
 def data_alone(program: Program, target: str, flat: bool = False) -> Program:
     """The data of a file that holds nothing else, under the name of that file; other programs as they are.
 
-    Raises OlpError (X014) for a language whose data stand in programs only, and for what a run shows (`flat`).
+    Raises OlpError (X014) for a language whose data stand in programs only, for what a run shows (`flat`), and for a
+    file that only names others, as a project does.
     """
     if not holds_data_only(program):
         return program
+    if not any(program.declarations()) and program.vendor != target:
+        message = "this file holds neither data nor anything that runs"
+        raise OlpError(error(DATA_ALONE, message, file=program.path, help=_NAMES_OTHERS))
     if flat or not limits_of(target).has_data_files:
         message = (
             f"this file holds data and nothing that runs: {language_of(target)} has no file for data alone"
