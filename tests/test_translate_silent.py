@@ -3902,3 +3902,12 @@ def test_what_a_script_takes_that_nothing_calls_is_asked_for():
         made = converted(text, "rapid", target).translated
         rows = before_it_runs(link(source), made, target, None, True)
         assert any(row.startswith("call pick with values") for row in rows) is wanted
+
+
+def test_a_clock_that_nothing_starts_is_told():
+    """KRL's `$TIMER[]` is one for all programs; RAPID's clock of the translation stands."""
+    text = krl("WAIT FOR $IN[5] OR ($TIMER[1]>1000)")
+    for target in ("rapid", "tp"):
+        assert any("nothing here starts" in loss.says for loss in losses(text, "krl", target))
+    started = krl("$TIMER[1]=0", "$TIMER_STOP[1]=FALSE", "WAIT FOR $IN[5] OR ($TIMER[1]>1000)")
+    assert not any("nothing here starts" in loss.says for loss in losses(started, "krl", "rapid"))

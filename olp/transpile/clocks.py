@@ -37,6 +37,9 @@ TYPE: Final = "clock"  # of a declaration
 _STOPPED, _STARTED = 0, 1
 _STEPS: Final = "each controller counts a clock in steps of its own, of 1 to 12 ms"
 _ASKS: Final = "see that no other program uses these clocks, and set them to 0 before the first start"
+_UNSET: Final = (
+    "nothing here starts this clock, which another program may do: there it has to start the new one"
+)
 _OTHER_TIME: Final = "a clock that is set to another time than 0"
 _AHEAD: Final = "it starts at 0 there, and what is compared with it is later by as much"
 _SOMETIMES: Final = "a clock that is set to 0 while it runs on some ways here and stands on others"
@@ -64,9 +67,20 @@ def clocks(program: Program, work: TranslationContext) -> Program:
         return program
     own = _Clocks(work, reaching(program, _definitions, {Assign}))
     own.note(program)
+    _tell_unset(program, work)
     routines = tuple(own.routine(r) for r in program.routines)
     data = tuple(d for d in program.data if d.type != TYPE)
     return replace(program, routines=routines, data=(*data, *own.declares()))
+
+
+def _tell_unset(program: Program, work: TranslationContext) -> None:
+    """Tells where a clock of the controller is read that nothing here starts or sets: another program does, there."""
+    rows = [s for r in program.routines for _, s in work.look(r).rare]
+    set_here = {_key(_clock(s.target)) for s in rows if isinstance(s, Assign) and is_clock(s.target)}
+    for s in rows if work.source.vendor != work.target else ():
+        read = (_clock(e) for e in _clocks_in(s) if not isinstance(s, Assign) or e is not s.target)
+        if any(type(clock) is ex.Number and _key(clock) not in set_here for clock in read):
+            work.lose(s, Fate.APPROXIMATED, "value", _UNSET)
 
 
 def _clocks_in(s: Statement) -> list[ex.SystemValue | ex.Function]:
