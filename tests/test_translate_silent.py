@@ -21,7 +21,7 @@ from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import PROCESS, Fate, Mapping
 from olp.transpile.convert import convert, run_converted, runs_of
-from olp.transpile.link import link
+from olp.transpile.link import link, with_starts
 from olp.transpile.preflight import before_it_runs
 from olp.transpile.receipt import receipt_of, verdict_of
 
@@ -3911,3 +3911,23 @@ def test_a_clock_that_nothing_starts_is_told():
         assert any("nothing here starts" in loss.says for loss in losses(text, "krl", target))
     started = krl("$TIMER[1]=0", "$TIMER_STOP[1]=FALSE", "WAIT FOR $IN[5] OR ($TIMER[1]>1000)")
     assert not any("nothing here starts" in loss.says for loss in losses(started, "krl", "rapid"))
+
+
+def test_three_numbers_in_a_product_are_a_pos():
+    """`pos * pos` is the vector product (RAPID overview); three numbers in brackets ended in a KeyError."""
+    rows = ("a:=[1,2,3];", "b:=a*[1,0,0];", "WaitTime b.y;", "b:=[1,2,3]*2;", "WaitTime b.z;")
+    text = module(*rows, data=("VAR pos a;", "VAR pos b;"))
+    assert run_elsewhere(text, "rapid", "krl").durations.tolist() == [3.0, 6.0]
+    assert not objections(text, "rapid", "krl")
+
+
+def test_a_routine_that_a_move_calls_at_its_end_is_no_start():
+    """`MoveLSync …,"done"` calls done, which as a start set its caller's variables to first values."""
+    rows = ("n:=3;", 'MoveLSync p1,v100,fine,tool0,"done";', "total:=total+n;", "WaitTime total;")
+    text = module(*rows, data=(*TARGETS, "VAR num n;", "VAR num total:=1;"))
+    text = text.replace("ENDMODULE", "PROC done()\n n:=n+1;\n total:=total+1;\n Set do9;\nENDPROC\nENDMODULE")
+    for target in ("krl", "tp", "inform"):
+        made = with_starts(link(read(text, "rapid")).program)
+        assert not any(r.starts for r in made.routines if r.name == "done")
+        translation = converted(text, "rapid", target).translated
+        assert not any("started and not called" in says for says in translation.asks)

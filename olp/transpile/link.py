@@ -18,6 +18,7 @@ from olp.ir.expressions import CallValue, Expression, Function, Named, Number, R
 from olp.ir.program import is_same
 from olp.ir.transformer import Change, calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, find_vendor, vendor_names
+from olp.runtime.end_actions import with_end_actions
 from olp.transpile.commented_out import owner
 from olp.transpile.name_types import KINDS
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
@@ -128,7 +129,7 @@ def _named_routines(program: st.Program) -> set[str]:
     """What may be the name of a routine in any statement, case folded."""
     found: set[str] = set()
     for routine in program.routines:
-        for s in routine.body:
+        for s in with_end_actions(program.vendor, routine.body):
             if calls_nothing(s) or sets_numbers(s) or isinstance(s, st.Comment):
                 continue
             if isinstance(s, st.Call):

@@ -120,7 +120,7 @@ class RapidExpressionRules(Transformer[Token, Any]):
         None for numbers.
         """
         parts: tuple[ex.Expression, ...]
-        is_place = [literals.is_place(one, self.names) for one in (left, right)]
+        is_place = [literals.is_place(one, self.names) or literals.is_vector(one) for one in (left, right)]
         if operator == "*" and all(is_place):
             (a, b, c), (x, y, z) = map(literals.place_parts, (left, right))
             products = ((b, z, c, y), (c, x, a, z), (a, y, b, x))

@@ -235,6 +235,13 @@ def _orient(value: RapidAggregate, names: RapidNames | None = None) -> ex.Expres
     return ex.Function("pose-quaternion", (*_NO_ANGLES, *plain_items(value)))
 
 
+def is_vector(value: object) -> bool:
+    """Whether it is three numbers in brackets, which among sums and products are a pos."""
+    if not isinstance(value, RapidAggregate) or len(value.items) != 3:
+        return False
+    return not any(isinstance(item, RapidAggregate) for item in value.items)
+
+
 def plain_items(value: RapidAggregate) -> tuple[ex.Expression, ...]:
     """The items of an aggregate of numbers. Raises ShapeError for one that holds another."""
     found = tuple(item for item in value.items if not isinstance(item, RapidAggregate))
