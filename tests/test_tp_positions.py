@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from tp_listings import HEAD, codes, listing, read
 
 from olp.ir.expressions import Store
 from olp.ir.points import PointKind, PointState
+from olp.languages.vendors.tp import positions
+from olp.languages.vendors.tp.positions import TpPositionReader
 from olp.robots.geometry import Pose
 
 POSE = """P[{number}]{{
@@ -33,13 +36,13 @@ def pose(number=1, user="1", tool="2", config="N U T, 0, 0, 0", x="   110.500", 
     return POSE.format(number=number, user=user, tool=tool, config=config, x=x, more=more)
 
 
-def points(positions):
-    program = read(listing(positions=positions))
+def points(rows):
+    program = read(listing(positions=rows))
     return program.routines[0].points, program
 
 
-def point(positions, number=1, store=Store.ROBOT):
-    found = points(positions)[0].find(store, True, number)
+def point(rows, number=1, store=Store.ROBOT):
+    found = points(rows)[0].find(store, True, number)
     assert found is not None
     return found
 
@@ -132,6 +135,39 @@ def test_plain_and_slow_ways_read_the_same_position():
     for other in (odd, turned):
         assert point(other).values == point(plain).values
         assert point(other).state == point(plain).state
+
+
+TABLE = "\n};", "\n   GP2:\n\tUF : 3, UT : 1,\t\n\tJ1=    15.000 deg,\tJ2=   -40.500 deg\n};"
+DAMAGES = ("}", "\n", " ", ";", "'", "9", "F", "*", ":", "E1 = 3.0 mm,", "J3= 4", "GP3:", "1234567.", "")
+
+
+def positions_with_tables():
+    """Two positions of an arm and of a table, whole and with a part replaced at many places."""
+    text = pose().replace(*TABLE) + pose(2, config="F U T, 0, 1, 0").replace(*TABLE)
+    yield text
+    for at in range(0, len(text), 5):
+        for k, damage in enumerate(DAMAGES):
+            yield text[:at] + damage + text[at + (at + k) % 4 :]
+
+
+def test_positions_of_an_arm_and_a_table_are_read_the_same_in_the_plain_and_in_the_slow_way(monkeypatch):
+    def told(text):
+        table, program = points(text)
+        blocks = {
+            key: (b.numbers.tolist(), b.lines.tolist(), b.state.tolist()) for key, b in table.blocks.items()
+        }
+        values = [np.nan_to_num(block.values, nan=-1.0).tolist() for block in table.blocks.values()]
+        return table.states, blocks, values, program.diagnostics
+
+    found = [told(text) for text in positions_with_tables()]
+    monkeypatch.setattr(positions, "_WITH_TABLE", re.compile("(?!)"))  # matches nothing
+    assert [told(text) for text in positions_with_tables()] == found
+
+
+def test_plain_positions_of_an_arm_and_a_table_are_not_read_in_the_slow_way(monkeypatch):
+    monkeypatch.setattr(TpPositionReader, "_other", None)
+    table, _ = points(next(positions_with_tables()))
+    assert [len(block) for block in table.blocks.values()] == [2, 2]
 
 
 def test_lines_of_points_are_those_of_the_file():

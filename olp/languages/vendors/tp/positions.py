@@ -1,7 +1,8 @@
 """The /POS section: taught positions of one or more motion groups.
 
-Plain positions of one group are read by one regular expression each and converted by numpy together: a CAM program has
-100,000 of them. Whatever differs from the plain form goes through the slower reader below.
+Plain positions of an arm, alone or with a table of two axes, are read by one regular expression each and converted by
+numpy together: a CAM program has 100,000 of them. Whatever differs from the plain forms goes through the slower reader
+below.
 """
 
 from __future__ import annotations
@@ -24,11 +25,24 @@ from olp.languages.vendors.tp.values import GROUP_STORES
 MODAL: Final = -1  # UT : F, the tool that is selected when the point is used
 SELECTED: Final = "active"  # UF : F, the frame that is selected then (`PointState.frame`)
 _N = r"([-+]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))"
+_FRAMES: Final = r"\s*UF\s*:\s*(\d{1,3}|F)\s*,\s*UT\s*:\s*(\d{1,3}|F)\s*,\s*"
+
+
+def _pose(gap: str) -> str:
+    """The pattern of an arm's pose; `gap`: what stands between a number and its unit."""
+    flags = r"(?:CONFIG|KONFIG)\s*:\s*'([^'\n]*)'"
+    units = {"X": "mm", "Y": "mm", "Z": "mm", "W": "deg", "P": "deg", "R": "deg"}
+    rows = (rf"{name}\s*=\s*{_N}{gap}{unit}\s*" for name, unit in units.items())
+    return rf"{_FRAMES}{flags}\s*,\s*" + r",\s*".join(rows)
+
+
+_POSE, _SPACED_POSE = _pose(r"\s*"), _pose(r"\s+")
 _PLAIN: Final = re.compile(
-    r"\s*P\[(\d{1,6})(?::\s*\"([^\"\n]*)\")?\s*\]\s*\{\s*GP1\s*:\s*UF\s*:\s*(\d{1,3}|F)\s*,\s*UT\s*:\s*(\d{1,3}|F)\s*,\s*"
-    r"(?:CONFIG|KONFIG)\s*:\s*'([^'\n]*)'\s*,\s*"
-    rf"X\s*=\s*{_N}\s*mm\s*,\s*Y\s*=\s*{_N}\s*mm\s*,\s*Z\s*=\s*{_N}\s*mm\s*,\s*"
-    rf"W\s*=\s*{_N}\s*deg\s*,\s*P\s*=\s*{_N}\s*deg\s*,\s*R\s*=\s*{_N}\s*deg\s*\}}\s*;?[ \t]*(?:\n|$)"
+    rf"\s*P\[(\d{{1,6}})(?::\s*\"([^\"\n]*)\")?\s*\]\s*\{{\s*GP1\s*:{_POSE}\}}\s*;?[ \t]*(?:\n|$)"
+)
+_WITH_TABLE: Final = re.compile(
+    rf"[ \t]*P\[(\d{{1,6}})\]\s*\{{\s*(?P<GP1>GP1\s*:){_SPACED_POSE}(?P<GP2>GP2\s*:){_FRAMES}"
+    rf"J1\s*=\s*{_N}\s+deg\s*,\s*J2\s*=\s*{_N}\s+deg\s*\}}[ \t]*;?[ \t]*(?:\n|$)"
 )
 _HEAD = re.compile(r"\s*P\s*\[\s*(\d{1,6})\s*(?::\s*(?:\"([^\"]*)\"|([^\]]*)))?\s*\]\s*\{?\s*(.*)", re.DOTALL)
 _GROUP = re.compile(r"GP(\d)\s*:")
@@ -69,6 +83,7 @@ class TpPositionReader:
         self._groups: dict[int, _Group] = {}
         self._states: dict[PointState, int] = {}
         self._known: dict[tuple[str, str, str], int] = {}
+        self._known_joints: dict[tuple[str, str], int] = {}
 
     # --- the plain form ---------------------------------------------------------------------------------
 
@@ -83,7 +98,12 @@ class TpPositionReader:
         while at < size:
             match = match_plain(text, at)
             if match is None:
-                at, number = self._other(text, at, number)
+                match = _WITH_TABLE.match(text, at)
+                if match is not None and self._with_table(match, number):
+                    number += text.count("\n", at, match.end())
+                    at = match.end()
+                else:
+                    at, number = self._other(text, at, number)
                 continue
             point, name, user, tool, flags, *row = match.groups()
             start = number
@@ -100,6 +120,43 @@ class TpPositionReader:
             states.append(state)
             places.append(start)
         _mark(kinds, lines, first)
+
+    def _with_table(self, match: re.Match[str], line: int) -> bool:
+        """Keeps a position of an arm and of a table that begins in `line`; False for one that is not plain."""
+        point, _, user, tool, flags, *numbers, _, table_user, table_tool, first, second = match.groups()
+        arm, axes = [*map(float, numbers)], [float(first), float(second)]
+        if max(map(abs, (*arm, *axes))) > _LARGEST or ":" in flags or "}" in flags:
+            return False
+        places = [line + match.string.count("\n", match.start(), match.end(head)) for head in ("GP1", "GP2")]
+        state = self._known.get((user, tool, flags))
+        if state is None:
+            state = self._pose_state(user, tool, flags, places[0])
+        self._keep(1, int(point), arm, state, places[0])
+        self._keep(2, int(point), axes, self._joint_state(table_user, table_tool), places[1])
+        return True
+
+    def _keep(self, group: int, number: int, values: list[float], state: int, line: int) -> None:
+        rows = self._groups.setdefault(group, _Group())
+        rows.numbers.append(number)
+        rows.values.append(values)
+        rows.states.append(state)
+        rows.lines.append(line)
+
+    def _joint_state(self, user: str, tool: str, own: int = 0, units: tuple[str, ...] = ()) -> int:
+        index = None if own else self._known_joints.get((user, tool))
+        if index is None:
+            state = PointState(
+                PointKind.JOINT,
+                "joint",
+                None if user == "F" else int(user),
+                MODAL if tool == "F" else int(tool),
+                own=own,
+                units=units,
+            )
+            index = self._states.setdefault(state, len(self._states))
+            if not own:
+                self._known_joints[user, tool] = index
+        return index
 
     def _pose_state(
         self, user: str, tool: str, flags: str, line: int, own: int = 0, units: tuple[str, ...] = ()
@@ -221,15 +278,7 @@ class TpPositionReader:
             state = self._pose_state(user, tool, flags[1] if flags else "N U T, 0, 0, 0", line, own, units)
         else:
             names = tuple(sorted(name for name in values if name[0] == "J"))
-            joint = PointState(
-                PointKind.JOINT,
-                "joint",
-                None if user == "F" else int(user),
-                MODAL if tool == "F" else int(tool),
-                own=own,
-                units=units,
-            )
-            state = self._states.setdefault(joint, len(self._states))
+            state = self._joint_state(user, tool, own, units)
         missing = [name for name in names if name not in values]
         if missing or not names or [*names[:1]] not in (["X"], ["J1"]):
             what = missing[0] if missing else "J1"
@@ -242,11 +291,8 @@ class TpPositionReader:
             self.findings.once(Severity.WARNING, "P514", str(group), message, self._span(line))
             return
         row = [values[name] for name in names]
-        rows = self._groups.setdefault(group, _Group())
-        rows.numbers.append(number)
-        rows.values.append([*row, *[float("nan")] * (_SIX - len(row)), *extra] if extra else row)
-        rows.states.append(state)
-        rows.lines.append(line)
+        row = [*row, *[float("nan")] * (_SIX - len(row)), *extra] if extra else row
+        self._keep(group, number, row, state, line)
 
     def _value(self, number: int, name: str, text: str, line: int) -> float | None:
         """[mm or deg] nan for ********; None where it is no number, which is told."""
