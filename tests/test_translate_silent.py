@@ -3931,3 +3931,20 @@ def test_a_routine_that_a_move_calls_at_its_end_is_no_start():
         assert not any(r.starts for r in made.routines if r.name == "done")
         translation = converted(text, "rapid", target).translated
         assert not any("started and not called" in says for says in translation.asks)
+
+
+def test_whole_numbers_beyond_32_bits_are_written_as_others():
+    """An INT of KRL, a D of INFORM and an int of URScript have 32 bits; RAPID's num is none."""
+    text = module("x:=2147483648;", "x:=-9999999999;", "x:=2147483647;", data=("VAR num x;",))
+    for target in ("krl", "tp", "inform", "urscript"):
+        made = translated(text, "rapid", target)
+        assert "2147483648.0" in made
+        assert "-9999999999.0" in made
+        assert "2147483647.0" not in made
+
+
+def test_waits_of_a_pendant_count_in_hundredths_of_a_second():
+    text = module("WaitTime 0.128;", "WaitTime 0.25;")
+    assert [loss.line for loss in losses(text, "rapid", "tp") if loss.part == "duration"] == [3]
+    made = code(translated(text, "rapid", "tp"), "!")
+    assert any("WAIT 0.13(sec)" in row for row in made)

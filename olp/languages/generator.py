@@ -47,6 +47,7 @@ _DEEPER: Final = OPENS | BRANCHES
 _SETS: Final = frozenset({st.Assign, st.Update, st.ReadInput, st.Clear})
 _SHALLOWER: Final = CLOSES | BRANCHES
 _MOST_DECIMALS: Final = 9
+LARGEST_WHOLE: Final = 2**31 - 1  # of 32 bits
 _WORD = re.compile(r"(?<!^)(?=[A-Z])")
 
 Lines = str | list[str]
@@ -297,8 +298,10 @@ class Generator(ABC):
         return self.quantity(it, 1.0)
 
     def number(self, e: ex.Number) -> str:
-        """A literal: 12 stays whole, 12.0 keeps its point."""
-        return decimal(e.value, 1) if isinstance(e.value, float) else str(int(e.value))
+        """A literal: 12 stays whole, 12.0 keeps its point; beyond 32 bits there are no whole numbers."""
+        if isinstance(e.value, float):
+            return decimal(e.value, 1)
+        return f"{int(e.value)}.0" if abs(e.value) > LARGEST_WHOLE and not self.own else str(int(e.value))
 
     def signal(self, e: ex.Signal) -> str:
         """`IN[3]`: an input, output, group or register. Raises CannotSayError for a bus that `signals` lacks."""

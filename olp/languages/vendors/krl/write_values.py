@@ -14,7 +14,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.text_lengths import text_lengths
 from olp.ir.transformer import calls_nothing, expressions_of
-from olp.languages.generator import CannotSayError, Generator, Spelled
+from olp.languages.generator import LARGEST_WHOLE, CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUES
@@ -235,7 +235,7 @@ class KrlValues(Generator):
             text = repr(value)
             text = text if "e" not in text and "n" not in text else decimal(value)
             return text if "." in text else f"{text}.0"
-        return str(value)
+        return f"{value}.0" if abs(value) > LARGEST_WHOLE and not self.own else str(value)
 
     def spell_number(self, e: ex.Number) -> Spelled:
         text = self.number(e)

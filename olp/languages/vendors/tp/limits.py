@@ -37,6 +37,7 @@ LIMITS: Final = Limits(
     names=r"[A-Za-z][A-Za-z0-9_]*",
     # $WAITTMOUT takes 0 to 32767 hundredths (industrialmonitordirect.com, wait timeout), WAIT as much (from memory)
     longest_wait=327.67,
+    wait_step=0.01,  # as pendants write it in published listings: WAIT    .50(sec)
     # DO[1]=PULSE,0.1sec to 25.5sec (operator's manual, I/O instructions; from memory, no page at hand)
     shortest_pulse=0.1,
     longest_pulse=25.5,

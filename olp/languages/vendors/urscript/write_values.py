@@ -10,7 +10,7 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.languages.generator import CannotSayError, Generator, Spelled
+from olp.languages.generator import LARGEST_WHOLE, CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
@@ -90,7 +90,7 @@ class UrscriptValues(Generator):
         value = e.value
         if not math.isfinite(value):
             raise CannotSayError(f"the number {value}")
-        text = repr(value)
+        text = repr(float(value) if abs(value) > LARGEST_WHOLE and not self.own else value)
         return (text, _SIGN) if text[0] == "-" else text
 
     def spell_position_literal(self, e: ex.PositionLiteral) -> Spelled:
