@@ -3948,3 +3948,18 @@ def test_waits_of_a_pendant_count_in_hundredths_of_a_second():
     assert [loss.line for loss in losses(text, "rapid", "tp") if loss.part == "duration"] == [3]
     made = code(translated(text, "rapid", "tp"), "!")
     assert any("WAIT 0.13(sec)" in row for row in made)
+
+
+def test_a_shift_with_angles_that_a_job_changes_in_part_is_refused():
+    """The angles that its data begin with turn the tool; SETE of its height hid them."""
+    points = (
+        "C00000=400.000,100.000,300.000,180.0000,0.0000,20.0000",
+        "P00010=10.000,20.000,-30.000,0.0000,0.0000,10.0000",
+    )
+    for angles, wanted in (("10.0000", True), ("0.0000", False)):
+        shift = points[1].replace("10.0000", angles)
+        text = inform(
+            "SETE P010 (3) -20000", "SFTON P010", "MOVL C00000 V=100.0", "SFTOF", points=(points[0], shift)
+        )
+        told = losses(text, "inform", "rapid")
+        assert any("may turn the tool" in loss.says for loss in told) is wanted

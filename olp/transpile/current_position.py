@@ -514,8 +514,11 @@ class _Relative:
         return not self.work.limits.computed_turns and not all(isinstance(v, ex.Number) for v in values)
 
     def _never(self, name: ex.Named, member: str) -> bool:
-        """Whether nothing ever sets this component of a position to anything but zero."""
+        """Whether nothing ever sets this component of a position to anything but zero, nor is it another at first."""
         if self._is_set_elsewhere(name):
+            return False
+        first = (d.value for d in self.program.declarations() if d.name == name.name)
+        if any(isinstance(e, ex.PositionLiteral) and _component(e, member) for e in first):
             return False
         for s in self.program.statements():
             if not isinstance(s, st.Assign):
@@ -527,6 +530,12 @@ class _Relative:
                 if value is None or any(value.values[3:6]):
                     return False
         return True
+
+
+def _component(e: ex.PositionLiteral, member: str) -> bool:
+    """Whether this component of a position is written, and not zero."""
+    value = dict(zip(("x", "y", "z", "rx", "ry", "rz"), e.values, strict=False)).get(member, 0.0)
+    return bool(value) and not math.isnan(value)
 
 
 def _name_of(e: ex.Expression) -> str:
