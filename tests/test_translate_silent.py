@@ -3963,3 +3963,22 @@ def test_a_shift_with_angles_that_a_job_changes_in_part_is_refused():
         )
         told = losses(text, "inform", "rapid")
         assert any("may turn the tool" in loss.says for loss in told) is wanted
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        "p4 = up(p1, 0.1)",
+        "movel(up(p1, 0.1), v=0.1)",
+        "sleep(point_dist(up(p1, 0.1), p1))",
+        "sub(up(p1, 0.1))",
+    ],
+)
+def test_a_function_that_moves_has_the_tool_of_the_statement_that_computes_with_it(use):
+    """The first assignment of a name is its declaration, of which nothing thought that it calls."""
+    rows = ("set_tcp(p[0,0,0.12,0,0,0])", "def up(pos, dz):", "  above = pose_add(pos, p[0,0,dz,0,0,0])")
+    rows += ("  movel(above, v=0.2)", "  return above", "end", "def sub(pos):", "  movel(pos, v=0.1)", "end")
+    text = script(*rows, "p1 = p[0.4, 0.1, 0.3, 0, 3.14159, 0]", use, "movel(p1, v=0.1)")
+    function = re.search(r"FUNC robtarget up.*?ENDFUNC", translated(text, "urscript", "rapid"), re.DOTALL)
+    assert function is not None
+    assert "tool0" not in function[0]

@@ -469,7 +469,7 @@ class _Joined:
         for s in (*(s for _, s in look.rare), *look.handled()):
             if isinstance(s, st.Call) and s.routine:
                 found.append(s.routine)
-            elif type(s).__name__ in ("Assign", "If", "While", "Return", "SetOutput"):
+            if not (calls_nothing(s) or sets_numbers(s)):
                 found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
         return found
 

@@ -14,7 +14,7 @@ from typing import Final
 from olp.ir import program as st
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.expressions import CallValue, Number
-from olp.ir.transformer import expressions_of
+from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
 
 UNSET: Final = -1
 ENTRY: Final = -2
@@ -147,9 +147,11 @@ class _Graph:
             self._calls = {}
             functions = any(e is not None for e in names)
             for index, s in enumerate(self.routine.body):
-                found = [s.routine] if isinstance(s, st.Call) else []
-                if functions and not isinstance(s, st.Call) and type(s).__name__ in _WITH_VALUES:
-                    found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
+                found: list[str] = []
+                if functions and not (type(s) in _WITHOUT_VALUES or calls_nothing(s) or sets_numbers(s)):
+                    found = [e.routine for e in expressions_of(s) if type(e) is CallValue]
+                if isinstance(s, st.Call):  # what its arguments call runs before it
+                    found.append(s.routine)
                 known = [names[name.casefold()] for name in found if name.casefold() in names]
                 if known:
                     self._calls[index] = known
@@ -272,8 +274,8 @@ class _Graph:
                 return [onward]
 
 
-_WITH_VALUES: Final = frozenset(
-    {"Assign", "If", "ElseIf", "While", "Until", "Return", "Switch", "SetOutput", "Jump"}
+_WITHOUT_VALUES: Final = frozenset(
+    {st.Comment, st.Label, st.Else, st.EndIf, st.EndWhile, st.Next, st.Begin, st.End}
 )
 
 
