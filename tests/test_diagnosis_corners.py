@@ -362,6 +362,21 @@ def test_accelerations_are_told_by_corners_where_moves_between_stops_are_few(tmp
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
 
 
+@pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
+@pytest.mark.parametrize(("each", "stop"), [(0.04, 0.0), (0.0, 0.05), (0.04, 0.05)])
+def test_times_beside_ramps_are_told_by_corners_where_no_move_goes_from_stop_to_stop(
+    each, stop, drop, tmp_path
+):
+    """What a filter takes in each move made corners seem to save less, and ramps twice as strong."""
+    made, rng = programmed()
+    made.stop = np.arange(len(made.length)) % 10 == 9
+    made.blend = np.where(made.stop, 0.0, 0.02)
+    sim = driven(made) - booked(braked(made), 0.5) + each + stop * made.stop
+    case = case_of(recorded(tmp_path, made, sim, sim, rng, drop)).case
+    assert case.base.accelerate == pytest.approx(A, rel=0.02)
+    assert np.abs(case.base.duration() - sim).mean() < 5e-4
+
+
 def test_a_time_beside_ramps_that_moves_between_stops_have_no_room_for_is_none():
     way, speed, plain = np.full(8, 0.3), np.full(8, 0.3), np.arange(8) < 4
     sim = 1.0 + np.array([0.1, 0.1, 0.2, 0.3, 0.05, 0.06, 0.05, 0.07])
@@ -440,12 +455,12 @@ def test_a_corner_into_another_job_is_one_and_the_end_of_the_recording_tells_no_
     nowhere = np.full_like(alone.moves.start, np.nan)
     unplaced = replace(alone.moves, job=jobs, start=nowhere, end=nowhere)
     unknown = np.full(len(alone.moves), np.nan)
-    stops, _, _ = _ends(unplaced, unknown, unknown)
+    stops, *_ = _ends(unplaced, unknown, unknown)
     assert stops[::4].all()
     assert not stops.all()
     joints = np.arange(1.0 + len(alone.moves))[:, None] * np.ones(6)
     turned = replace(unplaced, joints_start=joints[:-1], joints_end=joints[1:])
-    stops, _, _ = _ends(turned, unknown, unknown)
+    stops, *_ = _ends(turned, unknown, unknown)
     np.testing.assert_array_equal(stops, one.stop_start)  # joints are positions as well
 
 
@@ -461,6 +476,20 @@ def test_whether_a_cycles_end_is_rounded_into_the_next_is_told_by_the_durations(
     cycles = np.arange(len(plain.moves)) // 10
     case = case_of(replace(plain, moves=replace(plain.moves, cycle=cycles))).case
     assert (case.stop_end[last][:-1] != passed).all()
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_where_a_simulated_cycle_ends_its_own_times_tell(passed, tmp_path):
+    """The robot's durations do not, where something else makes moves late by more than a corner saves."""
+    made, rng = programmed()
+    last = np.arange(len(made.length)) % 10 == 9
+    made.stop[last], made.blend[last] = False, 0.02
+    sim = driven(made) - booked(np.where(last & ~passed, 0.0, 0.5 * braked(made)), 0.5)
+    plain = recorded(tmp_path, made, sim + rng.exponential(0.2, len(sim)), sim, rng)
+    cycles = np.arange(len(plain.moves)) // 10
+    case = case_of(replace(plain, moves=replace(plain.moves, cycle=cycles))).case
+    assert (case.stop_end[last][:-1] != passed).all()
+    assert np.abs(case.base.duration() - sim).mean() < 1e-3
 
 
 @pytest.mark.parametrize("passed", [True, False])

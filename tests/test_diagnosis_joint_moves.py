@@ -684,3 +684,18 @@ def test_joint_moves_of_a_simulation_with_jerk_tell_a_share_of_the_robots_accele
     assert making.case.base.build == pytest.approx(0.08, abs=5e-4)
     assert making.case.base.added == pytest.approx(0.05, abs=5e-4)
     assert np.quantile(np.abs(making.case.base.accelerate / (0.5 * slow) - 1.0), 0.8) < 0.02
+
+
+def test_joint_moves_of_a_simulation_that_stops_at_rounded_corners_take_what_a_stop_does(tmp_path):
+    """No joint move goes from stop to stop: what each takes beside its ramps was told, and was in no move's time."""
+    rng = np.random.default_rng(6)
+    joints, share = np.cumsum(rng.uniform(-1.0, 1.0, (61, 4)), axis=0), rng.choice([0.3, 0.6, 1.0], 60)
+    sim = together(np.abs(np.diff(joints, axis=0)), share, SPEEDS, RAMPS) + 0.05
+    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 5)]
+    table = [",".join(["move", "type", "speed_pct", "blend_mm", "duration_s", "sim_s", *names])]
+    for k, (start, end) in enumerate(pairwise(np.degrees(joints).tolist())):
+        table.append(",".join(map(str, (k, "joint", 100 * share[k], 20.0, sim[k], sim[k], *start, *end))))
+    (tmp_path / "moves.csv").write_text("\n".join(table) + "\n")
+    case = case_of(read_recording(tmp_path)).case
+    assert not (case.stop_start & case.stop_end).any()
+    np.testing.assert_allclose(case.base.duration(), case.simulated, atol=1e-3)

@@ -818,6 +818,10 @@ class AxisLimits(NamedTuple):
         """(n,) moves that take longer than these limits say: a corner makes one shorter, never longer."""
         return np.asarray(self.off < -_OFF)
 
+    def tell(self, some: NDArray[np.int64]) -> bool:
+        """Whether they tell the times of `some` moves, by their rows: those at rounded corners then stop there."""
+        return bool(len(some) and (np.abs(self.off[some]) < _OFF).all())
+
 
 _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
 _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves

@@ -24,11 +24,11 @@ from olp.identification.diagnosis.simulation_laws import (
     cornered,
     inferred,
     limited,
-    ramp_at_corners,
     ramps_beside,
     ramps_by_corners,
     ramps_of,
     ramps_that_fit,
+    told_at_corners,
     trapezoid,
     tuned,
 )
@@ -67,6 +67,19 @@ class Making(NamedTuple):
     case: MeasuredMoves
     rows: Rows
     notes: tuple[str, ...]
+
+
+class MoveEnds(NamedTuple):
+    """Where the moves of a recording stop exactly, each (n,)."""
+
+    start: Mask  # begins at an exact stop
+    end: Mask  # ends in one
+    before: Rows  # row of the move that each goes on from, -1 for none
+    other: MoveEnds | None = None  # where the last moves of cycles, if rounded, end otherwise; None: none is
+
+    def rounded_from(self, blend: Floats) -> Floats:
+        """(n,) [m] rounding at each move's start; `blend` (n,) [m]: at its end."""
+        return np.where(self.before >= 0, blend[self.before], 0.0)
 
 
 class _Pace(NamedTuple):
@@ -133,19 +146,22 @@ def _case(
 ) -> MeasuredMoves:
     moves = recording.moves
     late = np.full(len(moves), np.nan) if judged is None else moves.duration - judged.duration
-    stop_start, stop_end, before = _ends(moves, pace.speed, late)
+    ends = _ends(moves, pace.speed, late)
     resolution = recording.settings.time_resolution
     floor = recording.noise_floor()
     blend = _blends(recording, notes)
-    blend_start = np.where(before >= 0, blend[before], 0.0)
-    stops, blends = (stop_start, stop_end), (blend_start, blend)
     moving = moves.kind[rows] != WAIT
-    base = _as_written(pace, rows, moving, stops, blends)
-    base = _opened(base, moves, rows, before)
-    base, stretch = base.with_(corners=_corners(moves, pace, rows, before, base.accelerate)), 1.0
+    if judged is None:
+        base = _as_written(pace, rows, moving, ends, blend)
+        base = _opened(base, moves, rows, ends.before)
+        base, stretch = base.with_(corners=_corners(moves, pace, rows, ends.before, base.accelerate)), 1.0
+    else:
+        ends, made = _simulated_ends(moves, rows, pace, judged, ends, blend, floor.resolution)
+        base, stretch = made.motion, made.stretch
+        notes.extend(made.notes)
+    stop_start, stop_end, before, _ = ends
+    blend_start = ends.rounded_from(blend)
     simulated = base.duration() if judged is None else judged.duration[rows]
-    if judged is not None:
-        base, stretch = _base(moves, rows, pace, judged, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     if rates is not None and rates.rated is None and pace.axes is not None:
         rates = replace(rates, rated=pace.axes.speeds, rated_acceleration=pace.axes.accelerations)
@@ -264,7 +280,7 @@ def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple
 def _beside(moves: RecordedMoves, joint: Mask) -> Mask:
     """The other moves (n,) that meet a joint one at a rounded corner, whose time hangs on the ramps of both."""
     unknown = np.full(len(moves), np.nan)
-    start, _, before = _ends(moves, unknown, unknown)
+    start, _, before, _ = _ends(moves, unknown, unknown)
     meets = ~start & (before >= 0) & (joint | joint[before])
     meets[before[meets]] = True
     return np.asarray(meets & ~joint)
@@ -283,7 +299,7 @@ def _limits_told(moves: RecordedMoves, joint: Mask) -> AxisLimits | None:
     turned = np.abs(moves.joints_end - moves.joints_start)
     ramps = _whole(moves.acceleration_fraction)
     unknown = np.full(len(moves), np.nan)
-    start, end, _ = _ends(moves, unknown, unknown)
+    start, end, *_ = _ends(moves, unknown, unknown)
     sim = np.where(joint, moves.sim, np.nan)
     return limits_from_times(turned, _whole(moves.speed_fraction), ramps, sim, start & end)
 
@@ -351,7 +367,7 @@ def _joint_pace(
         return axes.speed, axes.acceleration
     speed, ramp = np.full(len(moves), np.nan), np.full(len(moves), np.nan)
     unknown = np.full(len(moves), np.nan)
-    start, end, _ = _ends(moves, unknown, unknown)
+    start, end, *_ = _ends(moves, unknown, unknown)
     alike = np.unique(np.stack([share, start, end]), axis=1, return_inverse=True)[1].ravel()
     for number in np.unique(axis[joint]).tolist():
         here = joint & (axis == number)
@@ -431,17 +447,38 @@ def _arcs(moves: RecordedMoves) -> Floats:
 # --- the judged simulation --------------------------------------------------------------------------------------------
 
 
+def _simulated_ends(
+    moves: RecordedMoves,
+    rows: Rows,
+    pace: _Pace,
+    judged: JudgedTimes,
+    ends: MoveEnds,
+    blend: Floats,
+    resolution: float,
+) -> tuple[MoveEnds, _SimulatedMotion]:
+    """Where moves end, and the motion behind the simulated durations. Whether the last moves of cycles go on into the
+    next one, which nobody writes, simulated durations tell, which have no scatter; else `ends`."""
+    made = _base(moves, rows, pace, judged, ends, blend, resolution)
+    other = ends.other
+    if judged.own or other is None:
+        return ends, made
+    differ = ((ends.start != other.start) | (ends.end != other.end))[rows]
+    sim = judged.duration[rows]
+    if not differ.any() or (least := made.off_in(differ, sim)) < _CORNERS_RIGHT:
+        return ends, made
+    tried = _base(moves, rows, pace, judged, other, blend, resolution)
+    return (other, tried) if tried.off_in(differ, sim) < _NEARER * least else (ends, made)
+
+
 def _base(
     moves: RecordedMoves,
     rows: Rows,
     pace: _Pace,
     judged: JudgedTimes,
-    stops: tuple[Mask, Mask],
-    blends: tuple[Floats, Floats],
-    before: Rows,
+    ends: MoveEnds,
+    blend: Floats,
     resolution: float,
-    notes: list[str],
-) -> tuple[Motion, float]:
+) -> _SimulatedMotion:
     """The motion behind the simulated durations, and by what factor these are longer than what is written takes.
 
     A simulation that was tuned runs at a share of what is written.
@@ -454,26 +491,25 @@ def _base(
         pace.speed[rows],
         np.where(moves.kind[rows] != WAIT, pace.acceleration[rows], 1.0),
         judged.duration[rows] - judged.stop[rows],
-        stops[0][rows],
-        stops[1][rows],
+        ends.start[rows],
+        ends.end[rows],
         moves.kind[rows] != WAIT,
         moves.kind[rows] == JOINT,
-        stops[1][rows],
+        ends.end[rows],
     )
     laws = [SimulatedRamps()]
     if not judged.own:
-        laws, everywhere = _laws_of_lines(simulated, blends[0][rows], blends[1][rows])
+        laws, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
         simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
-    whole = partial(_by_law, simulated, moves, rows, pace, judged, stops, blends, before, resolution)
+    whole = partial(_by_law, simulated, moves, rows, pace, judged, ends, blend, resolution)
     best = whole(laws[0])
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
         best = other if other.off < _NEARER * best.off else best
-    if best.off > _CORNERS_RIGHT and not (judged.own or simulated.joint.any() or simulated.written):
+    if best.off > _CORNERS_RIGHT and not (judged.own or simulated.joint.any()):
         other = whole(SimulatedRamps(), by_corners=True)
         best = other if other.off < _NEARER * best.off else best
-    notes.extend(best.notes)
-    return best.motion, best.stretch
+    return best
 
 
 class _SimulatedRows(NamedTuple):
@@ -535,6 +571,10 @@ class _SimulatedMotion(NamedTuple):
     off: float  # [s] mean distance of lines with rounded corners from the simulation
     notes: tuple[str, ...]
 
+    def off_in(self, some: Mask, sim: Floats) -> float:
+        """[s] mean distance of `some` moves (n,) from the simulation, `sim` (n,) [s]."""
+        return float(np.mean(np.abs(self.motion.duration() - sim)[some]))
+
 
 def _by_law(
     simulated: _SimulatedRows,
@@ -542,9 +582,8 @@ def _by_law(
     rows: Rows,
     pace: _Pace,
     judged: JudgedTimes,
-    stops: tuple[Mask, Mask],
-    blends: tuple[Floats, Floats],
-    before: Rows,
+    ends: MoveEnds,
+    blend: Floats,
     resolution: float,
     straight: SimulatedRamps,
     by_corners: bool = False,
@@ -563,7 +602,10 @@ def _by_law(
             "written accelerations: findings are relative to that"
         )
     if not judged.own and (pace.axes is not None or plain.sum() < FEWEST):
-        turning = _ramps_of_axes(moves, rows, pace, sim, joint & start & end)
+        everywhere = pace.axes is not None and pace.axes.tell(rows[joint])
+        stopping = joint & (start & end | everywhere)
+        turning = _ramps_of_axes(moves, rows, pace, sim, stopping)
+        waits = waits | stopping
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
     speed = np.where(lines, faster * speed, speed)
@@ -578,24 +620,32 @@ def _by_law(
         if here.any():
             sure = (start & end)[here]
             slow[here] = inferred(way[here], speed[here], sim[here], sure, resolution, law, slow[here])
-    whole = _as_written(pace, rows, moving, stops, blends).with_(
+    whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
         decelerate=slow,
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
-    if by_corners or (missing[lines].all() and lines.any() and not plain.any() and not joint.any()):
-        one = np.ones(len(rows))
-        alike = _opened(whole.with_(accelerate=one, decelerate=one), moves, rows, before)
-        alike = alike.with_(corners=_corners(moves, pace, rows, before, one))
-        slow = np.where(lines, ramp_at_corners(alike, sim), slow)
+    rounded = lines & ~(start & end)
+    if (by_corners and rounded.any()) or (
+        missing[lines].all() and lines.any() and not plain.any() and not joint.any()
+    ):
+        alone = missing[lines].all()
+        ramps = np.where(lines & alone, 1.0, slow)
+        alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends.before)
+        alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps)).take(
+            np.flatnonzero(lines)
+        )
+        told = told_at_corners(alike, sim[lines], start[lines], end[lines], not alone)
+        slow = np.where(lines, told.slow * ramps, slow)
+        beside = np.where(lines, told.beside(start, end), 0.0)
+        sim, stopped = sim - beside, stopped + beside
         whole = whole.with_(accelerate=slow, decelerate=slow)
-    whole = _opened(whole, moves, rows, before)
-    corners = _corners(moves, pace, rows, before, slow)
+    whole = _opened(whole, moves, rows, ends.before)
+    corners = _corners(moves, pace, rows, ends.before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
-    rounded = lines & ~(start & end)
     # What no move between stops tells of joint moves, the law of the lines' corners does.
     unknown = joint & missing & ~(joint & start & end).any() & (rounded.sum() >= FEWEST)
     found = cornered(whole.with_(corners=corners), sim, ~unknown)
@@ -631,11 +681,9 @@ def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, p
     return ramps_beside(way, speed, slow, sim[good], axes.beside)
 
 
-def _as_written(
-    pace: _Pace, rows: Rows, moving: Mask, stops: tuple[Mask, Mask], blends: tuple[Floats, Floats]
-) -> Motion:
+def _as_written(pace: _Pace, rows: Rows, moving: Mask, ends: MoveEnds, blend: Floats) -> Motion:
     """The motion at the speeds and accelerations of `pace`, stopping at every corner."""
-    start, end = stops[0][rows] | ~moving, stops[1][rows] | ~moving
+    start, end = ends.start[rows] | ~moving, ends.end[rows] | ~moving
     slow = np.where(moving, pace.acceleration[rows], 1.0)
     return Motion(
         way=np.where(moving, pace.way[rows], 0.0),
@@ -643,8 +691,8 @@ def _as_written(
         accelerate=slow,
         decelerate=slow,
         jerk=np.full(len(rows), np.inf),
-        round_start=np.where(start, 0.0, np.maximum(blends[0][rows], SOME_ROUNDING)),
-        round_end=np.where(end, 0.0, np.maximum(blends[1][rows], SOME_ROUNDING)),
+        round_start=np.where(start, 0.0, np.maximum(ends.rounded_from(blend)[rows], SOME_ROUNDING)),
+        round_end=np.where(end, 0.0, np.maximum(blend[rows], SOME_ROUNDING)),
         least=np.zeros(len(rows)),
         added=np.zeros(len(rows)),
         rate=np.ones(len(rows)),
@@ -756,7 +804,7 @@ def _over_the_leading(base: Motion, of: NDArray[np.intp], faster: Floats, strong
 # --- circumstances ----------------------------------------------------------------------------------------------------
 
 
-def _ends(moves: RecordedMoves, speed: Floats, late: Floats) -> tuple[Mask, Mask, Rows]:
+def _ends(moves: RecordedMoves, speed: Floats, late: Floats) -> MoveEnds:
     """Which moves begin at, and end in, an exact stop; and the row each goes on from, -1 for none.
 
     A job that calls another one goes on from where the arm is: controllers round such a corner as any other. Where no
@@ -771,14 +819,22 @@ def _ends(moves: RecordedMoves, speed: Floats, late: Floats) -> tuple[Mask, Mask
     goes_on = (same_job | np.isfinite(gap)) & ~(np.nan_to_num(gap) > _NEAR * 10)
     goes_on[:1] = False
     again = np.concatenate([[False], moves.cycle[1:] != moves.cycle[:-1]])
-    if not _rounded_into_the_next(moves, speed, late, goes_on, again):
-        goes_on &= ~again
+    found = [_ends_where(moves, written, goes_on & asked) for asked in (~again, np.ones_like(again))]
+    if not (goes_on & again & ~np.append(True, written[:-1])).any():
+        return found[0]
+    if _rounded_into_the_next(moves, speed, late, goes_on, again):
+        found.reverse()
+    return found[0]._replace(other=found[1])
+
+
+def _ends_where(moves: RecordedMoves, written: Mask, goes_on: Mask) -> MoveEnds:
+    """Of moves that end in a `written` stop, or else round into the next where that `goes_on` (n,) from them."""
     stop_start = ~goes_on
     stop_start[1:] |= written[:-1]
     # The last move before a jump or the file's end has nothing to round into.
     follows = np.zeros(len(moves), dtype=bool)
     follows[:-1] = goes_on[1:] & (moves.kind[1:] != WAIT)
-    return stop_start, written | ~follows, np.where(stop_start, -1, np.arange(len(moves)) - 1)
+    return MoveEnds(stop_start, written | ~follows, np.where(stop_start, -1, np.arange(len(moves)) - 1))
 
 
 def _rounded_into_the_next(

@@ -35,6 +35,7 @@ _BETTER = 0.9  # times what exact stops are off: less is no law of corners
 _RAMPS = (0.1, 50.0)  # [m/s²] accelerations of lines, from the slowest to the quickest robot
 _RAMP_GRID, _RAMP_STEPS = 24, 14  # accelerations that are tried, and halvings' worth about the best
 _LAWS_REFINED = 4  # laws of corners that come nearest
+_LAWS_BESIDE = 2  # of them, with each kind of times beside the ramps
 _LOOKED_AT = 60  # moves by which they are compared
 _BISECTIONS = 40  # of the logarithm of an acceleration
 
@@ -92,53 +93,105 @@ def _families(motion: Motion) -> list[Motion]:
     ]
 
 
-def ramp_at_corners(motion: Motion, sim: Floats) -> float:
-    """[m/s²] of all moves, where none goes from stop to stop: that with which a law of corners comes nearest to the
-    simulated durations `sim` (n,) [s]. Laws are tried coarsely: what they save hangs on the ramp more than on them.
+class CornerTimes(NamedTuple):
+    """What rounded corners tell of moves: the acceleration, where none is written, and times beside the ramps."""
 
-    `motion` has the openness of its corners for an acceleration of 1 m/s².
+    slow: float  # [m/s²] of all moves; [1] times what they have
+    each: float = 0.0  # [s] in each move
+    stop: float = 0.0  # [s] at each exact stop
+    rest: float = 0.0  # [s] of an average that a stretch between two stops passes once: half of it at each
+
+    def beside(self, start: Mask, end: Mask) -> Floats:
+        """(n,) [s] of moves that `start` (n,) from rest, and `end` at rest."""
+        rests = 0.5 * (start.astype(np.float64) + end)
+        return np.asarray(self.each + self.stop * end + self.rest * rests)
+
+
+_TIMES = ((), ("each",), ("stop",), ("rest",), ("each", "stop"), ("stop", "rest"))  # the plainest first
+
+
+def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written: bool) -> CornerTimes:
+    """Times beside the ramps with which a law of corners comes nearest to the simulated durations `sim` (n,) [s], and,
+    where it is not `written`, the acceleration of all moves. Laws are tried coarsely: what they save hangs on the ramp
+    more than on them. `start`, `end` (n,): from a stop, to one.
+
+    `motion` has the openness of its corners; for an acceleration of 1 m/s² where none is written.
     """
     rows = np.unique(np.linspace(0, len(sim) - 1, _LOOKED_AT).astype(np.intp))
-    motion, sim = motion.take(rows), sim[rows]
+    motion, sim, start, end = motion.take(rows), sim[rows], start[rows], end[rows]
     rounded = (motion.round_start > 0) | (motion.round_end > 0)
-    laws = [motion.with_(law="stop"), *(law for law in _families(motion) if law.reach == _REACHES[0])]
+    laws = [
+        motion.with_(law="stop"),
+        *(law for law in _families(motion) if written or law.reach == _REACHES[0]),
+    ]
+    spans = {names: _Span.of(names, start[rounded], end[rounded]) for names in _TIMES}
+    spans = {names: span for names, span in spans.items() if span.rank == len(names)}
+    grid = [0.0] if written else np.linspace(math.log(_RAMPS[0]), math.log(_RAMPS[1]), _RAMP_GRID).tolist()
 
-    def ramped(law: Motion, logarithm: float) -> Motion:
-        slow = math.exp(logarithm) * np.ones(len(rows))
-        opened = {"open_start": slow * motion.open_start, "open_end": slow * motion.open_end}
-        return law.with_(accelerate=slow, decelerate=slow, **opened)
+    def left(law: Motion, logarithm: float, overlap: float) -> Floats:
+        more = math.exp(logarithm)
+        ramps = ("accelerate", "decelerate", "open_start", "open_end")
+        tried = law.with_(overlap=overlap, **{name: more * getattr(law, name) for name in ramps})
+        return np.asarray((sim - tried.duration())[rounded])
 
-    def misfit(law: Motion, logarithm: float) -> float:
-        return _nearest(ramped(law, logarithm), sim, rounded)[1]
+    def nearest(law: Motion, span: _Span, logarithm: float) -> tuple[float, float]:
+        return _walked(lambda overlap: span.misfit(left(law, logarithm, overlap)))
 
-    def best(law: Motion, at: int) -> tuple[float, float]:
+    def best(law: Motion, span: _Span, at: int) -> float:
+        if written:
+            return 0.0
         low, high = grid[max(at - 1, 0)], grid[min(at + 1, _RAMP_GRID - 1)]
-        for _ in range(_RAMP_STEPS):
-            one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
-            low, high = (low, two) if misfit(law, one) < misfit(law, two) else (one, high)
-        return misfit(law, 0.5 * (low + high)), math.exp(0.5 * (low + high))
+        return _golden(lambda one: nearest(law, span, one)[1], low, high, _RAMP_STEPS)
 
-    grid = np.linspace(math.log(_RAMPS[0]), math.log(_RAMPS[1]), _RAMP_GRID).tolist()
-    coarse = np.array(
-        [
-            [min(_off(ramped(law, one).with_(overlap=o), sim, rounded) for o in _OVERLAPS) for one in grid]
-            for law in laws
-        ]
-    )
-    nearest = np.argsort(coarse.min(axis=1), kind="stable")[:_LAWS_REFINED].tolist()
-    return min(best(laws[k], int(np.argmin(coarse[k]))) for k in nearest)[1]
+    coarse = np.full((len(spans), len(laws), len(grid)), np.inf)
+    for k, law in enumerate(laws):
+        for g, one in enumerate(grid):
+            for overlap in _OVERLAPS[: 1 if law.law == "stop" else None]:
+                off = left(law, one, overlap)
+                coarse[:, k, g] = np.minimum(coarse[:, k, g], [span.misfit(off) for span in spans.values()])
+    found = list[tuple[float, CornerTimes]]()
+    for (names, span), offs in zip(spans.items(), coarse, strict=True):
+        some = _LAWS_REFINED if not names else _LAWS_BESIDE
+        for k in np.argsort(offs.min(axis=1), kind="stable")[:some].tolist():
+            one = best(laws[k], span, int(np.argmin(offs[k])))
+            overlap, off = nearest(laws[k], span, one)
+            times = span.times @ left(laws[k], one, overlap)
+            if (times >= _LEAST_BESIDE).all():
+                told = dict(zip(names, times.tolist(), strict=True))
+                found.append((off, CornerTimes(math.exp(one), **told)))
+    least = max(_AS_NEAR * min(off for off, _ in found), _DIGITS)
+    return next(told for off, told in found if off <= least)
+
+
+def _golden(misfit: Callable[[float], float], low: float, high: float, steps: int) -> float:
+    """Where a misfit between two places is least, by a golden section."""
+    one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
+    offs = [misfit(one), misfit(two)]
+    for _ in range(steps):
+        if offs[0] < offs[1]:
+            high, two, one = two, one, low + 0.382 * (two - low)
+            offs = [misfit(one), offs[0]]
+        else:
+            low, one, two = one, two, high - 0.382 * (high - one)
+            offs = [offs[1], misfit(two)]
+    return 0.5 * (low + high)
 
 
 def _nearest(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> tuple[float, float]:
-    """Overlap and how far [s] off it is: the best of a grid, then ever nearer around it."""
-    offs = [_off(motion.with_(overlap=overlap), sim, rounded) for overlap in _OVERLAPS]
+    """Overlap and how far [s] off it is."""
+    return _walked(lambda overlap: _off(motion.with_(overlap=overlap), sim, rounded))
+
+
+def _walked(misfit: Callable[[float], float]) -> tuple[float, float]:
+    """Overlap and its misfit: the best of a grid, then ever nearer around it."""
+    offs = [misfit(overlap) for overlap in _OVERLAPS]
     at = int(np.argmin(offs))
     place, best = _OVERLAPS[at], offs[at]
     step = 0.5 * (_OVERLAPS[min(at + 1, len(_OVERLAPS) - 1)] - _OVERLAPS[max(at - 1, 0)])
     while step > 1e-4:
         for _ in range(_WALKED):
             for tried in (place - step, place + step):
-                off = _off(motion.with_(overlap=tried), sim, rounded) if tried > 0 else np.inf
+                off = misfit(tried) if tried > 0 else np.inf
                 if off < best:
                     place, best = tried, off
                     break
@@ -146,6 +199,26 @@ def _nearest(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> tuple[f
                 break
         step *= 0.5
     return place, best
+
+
+class _Span(NamedTuple):
+    """Times beside the ramps of n moves, by least squares."""
+
+    left: Floats  # (n, n) what they leave of differences
+    times: Floats  # (k, n) the times
+    rank: int  # of the moves by them: as many as there are times where these moves tell them
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], start: Mask, end: Mask) -> _Span:
+        """Of moves that `start` (n,) from rest, and `end` at rest."""
+        columns = [CornerTimes(1.0, **{name: 1.0}).beside(start, end) for name in names]
+        told = np.stack(columns, axis=1) if columns else np.zeros((len(start), 0))
+        times = np.asarray(np.linalg.pinv(told), dtype=np.float64)
+        return cls(np.eye(len(start)) - told @ times, times, int(np.linalg.matrix_rank(told)) if names else 0)
+
+    def misfit(self, off: Floats) -> float:
+        """[s] mean of what the times leave of differences `off` (n,) [s]."""
+        return float(np.abs(self.left @ off).mean())
 
 
 def _off(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> float:
