@@ -10,10 +10,10 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis import diagnose, simulation_laws
+from olp.identification.diagnosis import conditions, diagnose, simulation_laws
 from olp.identification.diagnosis.case_making import _ends, _read_off
 from olp.identification.diagnosis.fitting import Noise, fit
-from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.identification.diagnosis.simulation_laws import SimulatedRamps
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -375,6 +375,25 @@ def test_times_beside_ramps_are_told_by_corners_where_no_move_goes_from_stop_to_
     case = case_of(recorded(tmp_path, made, sim, sim, rng, drop)).case
     assert case.base.accelerate == pytest.approx(A, rel=0.02)
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
+
+
+@pytest.mark.parametrize("rough", ["start y", "middle y", "y"])
+def test_where_a_term_acts_is_told_by_what_it_does_to_both_moves_of_a_corner(rough, tmp_path):
+    """Summed over the moves inside, as if each were alone, a condition that leaves out half of the corners won more."""
+    made, rng = in_cycles(np.random.default_rng(3)), np.random.default_rng(1)
+    sim = driven(made) - booked(0.5 * braked(made), 0.5)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng)).case
+    gravity, bound = load_term("gravity"), float(np.median(case.end[:, 1]))
+    form = next(one for one in gravity.forms(case) if one.key == "against and with")
+
+    def where(column):
+        condition = Condition((Statement(column, above=bound),))
+        return DurationModel((ModelPart(gravity, form, np.array([0.4]), condition),))
+
+    late = replace(case, measured=where("y").seconds(case) + rng.normal(0.0, 0.001, len(case)), derived={})
+    fitted = fit(where(rough), late, Noise(1e-3), 6)
+    found = conditions._moved(fitted, late, conditions._said(late)).parts[0].condition
+    assert [statement.column for statement in found.statements] == ["y"]
 
 
 def test_a_time_beside_ramps_that_moves_between_stops_have_no_room_for_is_none():

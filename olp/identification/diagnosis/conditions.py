@@ -8,7 +8,7 @@ want them. A statement costs as much in BIC as a parameter and the choice among 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +46,7 @@ _ROUNDS = 2  # of fitting values and moving bounds
 _MOST = 40  # words of a column that are tried
 _GUESSES, _FORMS = 2, 2  # of a form, and of a term, that are tried
 _SIZES = (0.25, 0.5, 1.0, 2.0)  # times what a part does at its guess
+_SEVERAL = 12  # statements that are compared by what they do to moves that meet others at corners
 
 
 class _Said(NamedTuple):
@@ -77,6 +78,15 @@ class _Said(NamedTuple):
         one, two = np.unravel_index(np.argmax(alike * (1 + like[:, None] + like)), worth.shape)
         chosen = (self.statements[k] for k in {int(at[one]), int(at[two])})
         return 2.0 * float(worth[one, two]), Condition(tuple(sorted(chosen, key=lambda s: s.column)))
+
+    def several(self, better: Floats) -> list[Condition]:
+        """The likeliest statements, each of other moves, the best first."""
+        alone = np.where(np.diag(self.fair), better @ self.masks, -np.inf)
+        kinds: dict[bytes, int] = {}
+        for k in np.argsort(ranks(-alone), kind="stable").tolist():
+            if alone[k] > 0:
+                kinds.setdefault(self.masks[:, k].tobytes(), k)
+        return [Condition((self.statements[k],)) for k in list(kinds.values())[:_SEVERAL]]
 
     def _contenders(self, better: Floats, cost: float, beyond: float) -> NDArray[np.intp]:
         """(c,) the statements that can be among the best: a pair wins no more than either in the moves that win."""
@@ -136,14 +146,55 @@ def _chosen(fitted: ModelFit, index: int, case: MeasuredMoves, said: _Said) -> C
     A bound may be anywhere between two moves: that it is where these leave much room is likelier in proportion, and
     one odd move beside moves that are to be predicted does not decide on which side all of them are.
     """
-    part, rest = fitted.model.parts[index], fitted.model.without(index)
-    always = DurationModel((*rest.parts, part._replace(condition=None)))
-    better = _won(rest, always, fitted.scale, case)
+    part, under = fitted.model.parts[index], _Under.of(fitted, index, case)
     assert part.condition is not None
-    other = _bounded(said.best(better, known=part.condition)[1], better, case)
-    more = _worth(other, better, case) - _worth(part.condition, better, case)
+    other = under.best(said, part.condition)
+    more = under.worth(other) - under.worth(part.condition)
     more += _room(other, case) - _room(part.condition, case)
     return other if 2.0 * more > ALIKE else part.condition
+
+
+class _Under(NamedTuple):
+    """What a part under a condition does to a case, beside the others."""
+
+    part: ModelPart
+    rest: DurationModel
+    scale: float  # [s]
+    case: MeasuredMoves
+    better: Floats  # (n,) by how much each move is likelier where the part acts in all
+
+    @classmethod
+    def of(cls, fitted: ModelFit, index: int, case: MeasuredMoves) -> _Under:
+        """Of part `index` of a fit."""
+        part, rest = fitted.model.parts[index], fitted.model.without(index)
+        always = DurationModel((*rest.parts, part._replace(condition=None)))
+        return cls(part, rest, fitted.scale, case, _won(rest, always, fitted.scale, case))
+
+    def worth(self, condition: Condition) -> float:
+        """[1] log-likelihood that moves win under a condition, less what its statements cost.
+
+        Where moves meet others at rounded corners they do not win each by itself: a corner is as long as what acts in
+        either of its moves makes it.
+        """
+        if self.case.partners is None:
+            return _worth(condition, self.better, self.case)
+        whole = DurationModel((*self.rest.parts, self.part._replace(condition=condition)))
+        won = float(_won(self.rest, whole, self.scale, self.case).sum())
+        return won - _cost(len(self.case)) * len(condition.statements)
+
+    def best(self, said: _Said, known: Condition) -> Condition:
+        """The condition that is worth most, its bounds where the moves want them."""
+        one = said.best(self.better, known=known)[1]
+        several = [] if self.case.partners is None else said.several(self.better)
+        return self.first([self.bounded(each) for each in (one, *several)])
+
+    def first(self, conditions: list[Condition]) -> Condition:
+        """The one that is worth most; of those that are worth as much the first."""
+        return conditions[largest(np.array([self.worth(one) for one in conditions]))]
+
+    def bounded(self, condition: Condition) -> Condition:
+        """The condition with its bounds where the moves want them."""
+        return _bounded(condition, self.better, self.case, self.worth)
 
 
 def _worth(condition: Condition, better: Floats, case: MeasuredMoves) -> float:
@@ -340,20 +391,21 @@ def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
     """The model with a new condition on its last part: the present condition or the best other one, whichever fits
     the moves better after its bounds were refined one after the other.
     """
-    part = fitted.model.parts[-1]
+    part, under = fitted.model.parts[-1], _Under.of(fitted, len(fitted.model.parts) - 1, case)
     assert part.condition is not None
-    rest = DurationModel(fitted.model.parts[:-1])
-    always = DurationModel((*rest.parts, part._replace(condition=None)))
-    better = _won(rest, always, fitted.scale, case)
-    other = said.best(better, known=part.condition)[1]
-    found = [_bounded(c, better, case) for c in (part.condition, other)]
-    worth = np.array([_worth(one, better, case) for one in found])
-    return DurationModel((*rest.parts, part._replace(condition=found[largest(worth)])))
+    best = under.first([under.bounded(part.condition), under.best(said, part.condition)])
+    return DurationModel((*under.rest.parts, part._replace(condition=best)))
 
 
-def _bounded(condition: Condition, better: Floats, case: MeasuredMoves) -> Condition:
+def _bounded(
+    condition: Condition,
+    better: Floats,
+    case: MeasuredMoves,
+    worth: Callable[[Condition], float] | None = None,
+) -> Condition:
     """The condition with its bounds where these moves want them, without a statement that is then of no use: a rough
-    bound may have needed another one beside it."""
+    bound may have needed another one beside it. `worth` of a condition: else what the moves inside win by themselves.
+    """
     statements = list(condition.statements)
     for k, statement in enumerate(statements):
         others = Condition(tuple(s for i, s in enumerate(statements) if i != k)).mask(case)
@@ -361,7 +413,8 @@ def _bounded(condition: Condition, better: Floats, case: MeasuredMoves) -> Condi
     whole, known = Condition(tuple(statements)), np.ones(len(better), dtype=bool)
     alone = [Condition((_best_cut(statement, better, known, case),)) for statement in statements]
     each = [whole, *alone]
-    return each[largest(np.array([_worth(one, better, case) for one in each]))]
+    told = [_worth(one, better, case) if worth is None else worth(one) for one in each]
+    return each[largest(np.array(told))]
 
 
 def _cost(count: int) -> float:
