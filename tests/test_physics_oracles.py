@@ -431,7 +431,7 @@ def test_speed_limits_of_axes_cost_what_a_fine_sweep_over_the_way_says(axis):
 
 @pytest.mark.parametrize("axis", [0, 2, 4])
 def test_acceleration_limits_of_axes_cost_what_a_fine_sweep_over_the_way_says(axis):
-    """The term takes the worst place of a ramp for the whole ramp: never too little, and mostly not much more."""
+    """A ramp that the limit makes longer passes other places: at the simulation's it cost up to 1.3 times."""
     asked = np.abs(CASE.rates.path[STRAIGHT, :, axis]).max(axis=1) * CASE.base.accelerate[STRAIGHT]
     found = [
         pair
@@ -440,9 +440,7 @@ def test_acceleration_limits_of_axes_cost_what_a_fine_sweep_over_the_way_says(ax
     ]
     assert len(found) >= 3
     ratio = np.array([cost / expected for cost, expected in found])
-    assert ratio.min() > 0.98
-    assert np.median(ratio) < 1.2
-    assert ratio.max() < 1.7
+    assert ratio == pytest.approx(1.0, abs=0.015)
 
 
 # --- the lattice of a controller's cycle ------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import numpy as np
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
-from olp.timing.physics._ramps import slower, where_passed
+from olp.timing.physics._ramps import forced, where_passed
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter, spoken_axis
 
 ALL = -1  # axes together, by their rated accelerations
@@ -59,11 +59,13 @@ class JointAccelerationLimit(MoveTerm):
         return np.clip(limits_reached(_asked(case, form.axis)), limit.low, limit.high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        start, end = (_passed(case, form.axis, k) for k in (0, 1))
-        return motion.with_(
-            accelerate=motion.accelerate / _longer(start * motion.accelerate[:, None], values[0]),
-            decelerate=motion.decelerate / _longer(end * motion.decelerate[:, None], values[0]),
-        )
+        rates, ramps = _rates(case, form.axis), (motion.accelerate, motion.decelerate)
+        # A ramp that the limit makes longer passes other places than the simulation's.
+        if _even(rates):
+            up, down = (slow / np.maximum(1.0, rates[:, 0] * slow / values[0]) for slow in ramps)
+            return motion.with_(accelerate=up, decelerate=down)
+        up, down = (1.0 / np.maximum(1.0, rates * slow[:, None] / values[0]) for slow in ramps)
+        return forced(motion, up, down)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.axis == ALL:
@@ -77,15 +79,14 @@ def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
 
     def work_out() -> Floats:
         rates = _rates(case, axis)
-        return rates[:, :1] if (rates == rates[:, :1]).all() else where_passed(case, rates, end)
+        return rates[:, :1] if _even(rates) else where_passed(case, rates, end)
 
     return case.once(f"ramp {axis} {end}", work_out)
 
 
-def _longer(asked: Floats, limit: float) -> Floats:
-    """Factor (n,) on the time of a ramp that needs `asked` (n, k) [rad/s²] of an axis with this limit."""
-    over = np.maximum(1.0, asked / limit)
-    return np.asarray(over[:, 0]) if over.shape[1] == 1 else slower(over)
+def _even(rates: Floats) -> bool:
+    """Whether axes turn in proportion along all moves, as joint moves have it; `rates` (n, m)."""
+    return bool((rates == rates[:, :1]).all())
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:
