@@ -11,7 +11,7 @@ import pytest
 from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.conditions import _said
 from olp.identification.diagnosis.evidence import chosen, matters
-from olp.identification.diagnosis.findings import _as_waits, _condition, _says, findings_of
+from olp.identification.diagnosis.findings import _as_waits, _condition, _in_quick_moves, _says, findings_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved, kinds_of
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
@@ -592,6 +592,23 @@ def test_a_fixed_time_in_a_region_of_few_programmed_moves_may_as_well_be_waits(f
     best = fit(DurationModel((time,)), made, noise)
     named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None, {}, {})
     assert [other.term for other in _as_waits(best, 0, named)] == (["external-wait"] if alike else [])
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_a_clamp_of_moves_of_one_length_and_speed_is_whatever_acts_in_quick_moves(alike):
+    """How its time goes with the way, or with the speed, nobody sees: the moves hold one number."""
+    made, noise = case(), Noise(NOISE / 2)
+    quick = made.base.speed > 1.0
+    way, speed = np.where(quick & alike, 1.2, made.base.way), np.where(quick, 1.2, made.base.speed)
+    sim = trapezoids(way, speed, ACCELERATION)
+    late = sim + 0.03 * quick + scatter()
+    base = made.base.with_(way=way, speed=speed)
+    made = replace(made, base=base, simulated=sim, measured=late, derived={})
+    best = fit(DurationModel((part("speed-clamp", made, 1.0),)), made, noise)
+    shelf = shelf_of(made, move_terms())
+    named = NamingResult(best, *(None,) * 2, made, noise, shelf, *(None,) * 2, (), None, {}, {})
+    found = {other.term for other in _in_quick_moves(best, 0, named)}
+    assert {"dispatch", "settling", "acceleration"} <= found if alike else not found
 
 
 def test_where_one_name_more_gains_nothing_no_set_of_two_more_is_fitted():

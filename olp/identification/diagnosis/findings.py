@@ -22,7 +22,7 @@ from olp.identification.diagnosis.fitting import (
 )
 from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.intervals import ALIKE, does_something, parameters_with_intervals
-from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.identification.diagnosis.naming import NamingResult
 from olp.identification.diagnosis.residuals import LEVEL
 from olp.identification.diagnosis.result import (
@@ -39,7 +39,11 @@ from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
-_ACCELERATION = "acceleration"
+_ACCELERATION, _CLAMP = "acceleration", "speed-clamp"
+_KIND, _NOTHING = (
+    3,
+    1e-9,
+)  # digits of logarithms of ways and speeds of moves of one kind; [m, m/s] that are none
 _FEW_STEPS = 8  # of a fit that begins at what is the same law
 _BESIDE = 2  # names that are tried beside a plainer form
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
@@ -77,6 +81,7 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
         beside = beside or (_beside_another_acceleration(best, parts[0], named) if len(parts) == 1 else [])
         beside += _as_waits(best, parts[0], named) if len(parts) == 1 else []
         beside += _as_half_a_cycle(best, parts[0], named) if len(parts) == 1 else []
+        beside += _in_quick_moves(best, parts[0], named) if len(parts) == 1 else []
         others = [*(r.alternative for r in rivals), *beside]
         told.findings.append(_finding(term, parts, named, case, parameters, shares, others, floor))
         alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
@@ -192,6 +197,33 @@ def _as_half_a_cycle(best: ModelFit, index: int, named: NamingResult) -> list[Al
         if worse < ALIKE and np.mean(told < told.min() + ALIKE) >= _COINCIDENCE:
             alike.append(Alternative("dispatch", worse))
     return alike[:1]
+
+
+def _in_quick_moves(best: ModelFit, index: int, named: NamingResult) -> list[Alternative]:
+    """What else would act in the moves that are quicker than a clamp, where these are all of one length and speed: a
+    clamp takes one time of each then, as whatever acts in quick moves does, and is as much a statement about speeds."""
+    part, case, noise = best.model.parts[index], named.clean, named.noise
+    if part.term.name != _CLAMP or part.condition is not None:
+        return []
+    acts = evidence.acts(best, (index,), case)
+    kinds = np.round(np.log(np.maximum([case.base.way, case.base.speed], _NOTHING))[:, acts], _KIND)
+    slower = case.base.speed[~acts & case.moving & ~case.joint]
+    quick = float(case.base.speed[acts].min(initial=np.inf))
+    slower = slower[slower < quick]
+    if len(np.unique(kinds, axis=1).T) != 1 or case.joint[acts].any() or not len(slower):
+        return []
+    condition = Condition((Statement("speed", above=0.5 * (quick + float(slower.max()))),))
+    if (condition.mask(case) != acts).any():
+        return []
+    rest, found = best.model.without(index).parts, dict[str, float]()
+    for one in named.shelf.parts:
+        if one.term.name in best.names or len(one.values) > 1 or not one.conditionable:
+            continue
+        model = DurationModel((*rest, one._replace(condition=condition)))
+        worse = 2.0 * max(fit(model, case, noise, _FEW_STEPS).loss - best.loss, 0.0)
+        if worse < min(ALIKE, found.get(one.term.name, math.inf)):
+            found[one.term.name] = worse
+    return [Alternative(term, worse) for term, worse in sorted(found.items())]
 
 
 def _finding(
