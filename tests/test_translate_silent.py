@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -3982,3 +3983,22 @@ def test_a_function_that_moves_has_the_tool_of_the_statement_that_computes_with_
     function = re.search(r"FUNC robtarget up.*?ENDFUNC", translated(text, "urscript", "rapid"), re.DOTALL)
     assert function is not None
     assert "tool0" not in function[0]
+
+
+def test_a_path_of_val3_that_only_its_axes_bound_has_no_speed_of_a_hundred_metres_a_second(tmp_path):
+    """tmax 99999 is what a new motion descriptor has: its vel bounds the path."""
+    folder = Path(__file__).parent.parent / "samples" / "val3"
+    for name in ("handling.dtx", "handling.pjx", "drop.pgx", "start.pgx"):
+        text = (folder / name).read_text(encoding="utf-8-sig")
+        text = text.replace('tmax="120.5"', 'tmax="99999"').replace('vel="100"', 'vel="30"')
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    program = olp.read(tmp_path / "start.pgx")
+    assert any(found.code == "P578" for found in program.diagnostics)
+    made = convert(
+        link(program, "urscript").program,
+        "urscript",
+        Context(load_robot("staubli/tx2-90"), on_loss="comment"),
+    )
+    text = made.files[made.main].decode()
+    assert "v=0.3" in text
+    assert "v=99.999" not in text

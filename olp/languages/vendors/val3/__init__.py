@@ -28,7 +28,7 @@ class Val3(Vendor):
         longest_text=128,  # VAL3 reference, type string
         names_read_frames=True,
         sums_of_texts=True,
-        assumed_codes=frozenset({"P576", "P577"}),
+        assumed_codes=frozenset({"P576", "P577", "P578"}),
         member_types=MEMBER_TYPES,
         replaceable_routines=REPLACEABLE,
     )

@@ -28,6 +28,7 @@ _ATTRIBUTE = re.compile(r"([\w:.\-]+)\s*=\s*\"([^\"]*)\"")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 # A new motion descriptor, so also what a file leaves out. `blend` is 0 for off: it multiplies `leave`.
 MDESC: Final = {"accel": 100.0, "vel": 100.0, "decel": 100.0, "tmax": 99999.0, "rmax": 99999.0}
+_NO_BOUND: Final = "99999"
 _MOST: Final = 5000  # elements of an array
 _MOST_ROOM: Final = 500_000  # elements of all data together
 _MOST_FILES, _MOST_BYTES = 8, 4_000_000
@@ -46,12 +47,14 @@ class XmlTag(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Val3Declarations:
     """What a program must know of data: `types` of names, `arrays` with more than one element, `fathers`: the frame
-    of a point or of one element of it, `outputs`: signals that the program may set."""
+    of a point or of one element of it, `outputs`: signals that the program may set, `unbounded`: motion descriptors
+    that bound no path (tmax 99999)."""
 
     types: dict[str, str] = field(default_factory=dict)
     arrays: set[str] = field(default_factory=set)
     fathers: dict[str, str] = field(default_factory=dict)
     outputs: set[str] = field(default_factory=set)
+    unbounded: set[str] = field(default_factory=set)
 
 
 def tags(source: Source) -> Iterator[XmlTag]:
@@ -199,6 +202,10 @@ def know(known: Val3Declarations, data: list[Datum]) -> None:
             "%Q" in attributes.get("link", "") for attributes in one.values.values()
         ):
             known.outputs.add(one.name)
+        if one.type == "mdesc" and all(
+            attributes.get("tmax", _NO_BOUND) == _NO_BOUND for attributes in one.values.values()
+        ):
+            known.unbounded.add(one.name)
         if one.type.startswith("point"):
             known.fathers.setdefault(one.name, father_of(one))
             for key, attributes in one.values.items() if one.size > 1 else ():

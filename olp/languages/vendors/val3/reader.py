@@ -89,6 +89,7 @@ class _Val3File:
         self.known = beside(findings.source.path)
         for line in findings.source.lines:
             self.known.outputs.update(_SET_SIGNAL.findall(line))
+            self.known.unbounded.difference_update(_SET_SPEED.findall(line))
         self.tags: dict[int, list[XmlTag]] = {}
         for tag in tags(findings.source):
             self.tags.setdefault(tag.line, []).append(tag)
@@ -116,12 +117,17 @@ class _Val3File:
     def _names(self, head: list[XmlTag]) -> Val3Declarations:
         """What holds in one program: its parameters and local variables hide the data of the same name."""
         known = Val3Declarations(
-            dict(self.known.types), set(self.known.arrays), dict(self.known.fathers), self.known.outputs
+            dict(self.known.types),
+            set(self.known.arrays),
+            dict(self.known.fathers),
+            self.known.outputs,
+            set(self.known.unbounded),
         )
         for tag in _variables(head):
             name = tag.attributes["name"]
             known.types[name] = tag.attributes.get("type", "")
             known.fathers.pop(name, None)
+            known.unbounded.discard(name)
             known.arrays.discard(name)
             if _size(tag) > 1 or (
                 tag.name.lower() == "parameter" and tag.attributes.get("xsi:type") == "array"
@@ -217,12 +223,20 @@ class _Val3Body:
             self._tell_queue(number)
             if self.rules.frameless:
                 self._tell_frame(number)
+            if self.rules.unbounded:
+                self._tell_unbounded(number)
         self.body.append(one)
 
     def _tell_queue(self, number: int) -> None:
         message = "moves are queued: what stands behind one is read as done after it"
         help = "waitEndMove() makes the program wait for it"
         self.findings.once(Severity.INFO, "P576", "", message, self.findings.whole_line(number), help)
+
+    def _tell_unbounded(self, number: int) -> None:
+        self.rules.unbounded = False
+        message = "a path with tmax 99999 is bounded by vel alone, of which 100 % are taken as 1 m/s"
+        help = "give the motion descriptor a tmax"
+        self.findings.once(Severity.INFO, "P578", "", message, self.findings.whole_line(number), help)
 
     def _tell_frame(self, number: int) -> None:
         self.rules.frameless = False
@@ -279,6 +293,8 @@ def _parted(text: str) -> tuple[str, str | None]:
 
 
 _SET_SIGNAL: Final = re.compile(r"(?:^\s*(?=\w+(?:\[0\])?\s*=(?!=))|\b[ad]ioSet\(\s*)(\w+)")
+_SET_SPEED: Final = re.compile(r"(\w+)(?:\[[^\]]*\])?\s*(?:\.tmax)?\s*=(?!=)")  # a descriptor, or its bound
+_FULL_SPEED: Final = 1.0  # [m/s] of 100 % along a path, as no program says how fast its arm is
 _PATHS: Final = {"movej": st.Path.JOINT, "movel": st.Path.LINEAR, "movec": st.Path.CIRCULAR}
 _FUNCTIONS: Final = {
     "sqrt": "sqrt", "abs": "abs", "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos",
@@ -372,6 +388,7 @@ class Val3Rules(BlockRules):
     def __init__(self, known: Val3Declarations) -> None:
         super().__init__(fold=False)
         self.known = known
+        self.unbounded = False  # a path was bounded by nothing but a share of the axes' speeds
         self.frameless = False  # a move went to a point of which nobody says the frame
         self.made: dict[
             ex.Expression, str
@@ -531,7 +548,12 @@ class Val3Rules(BlockRules):
             points[-1] = _as_joints(points[-1])
             speed = st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(ex.Member(mdesc, "vel"), percent))
         else:
-            speed = st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(ex.Member(mdesc, "tmax"), mm))
+            base = mdesc.base if isinstance(mdesc, ex.Item) else mdesc
+            free = isinstance(base, ex.Named) and base.name in self.known.unbounded
+            self.unbounded |= free
+            share = ex.Quantity(ex.Member(mdesc, "vel"), _FULL_SPEED * percent)
+            bound = ex.Quantity(ex.Member(mdesc, "tmax"), mm)
+            speed = st.Speed(st.SpeedUnit.TRAVEL, share if free else bound)
         corner = ex.Binary("*", ex.Member(mdesc, "blend"), ex.Member(mdesc, "leave"))
         return st.Move(
             0,
