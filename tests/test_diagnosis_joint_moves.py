@@ -1,5 +1,6 @@
 """What slows joint moves: recordings of `bench/joint_moves.py`, without the search."""
 
+import re
 from dataclasses import replace
 from itertools import pairwise, product
 
@@ -659,6 +660,18 @@ def test_an_axis_may_turn_far_slower_than_its_drive_could(tmp_path):
     assert best.model.parts[0].values == pytest.approx([0.1 * SPEEDS[1]], rel=0.01)
 
 
+def write_joint_moves(folder, robot, joints, share, blend, sim):
+    """A recording of one joint move after the other, `blend` (n,) [m] rounded, that take the simulated times."""
+    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 7)]
+    table = [",".join(["move", "type", "speed_pct", "blend_mm", "duration_s", "sim_s", *names])]
+    for k, (start, end) in enumerate(pairwise(np.degrees(joints).tolist())):
+        row = (k, "joint", 100 * share[k], 1000 * blend[k], sim[k], round(sim[k], 4), *start, *end)
+        table.append(",".join(map(str, row)))
+    (folder / "moves.csv").write_text("\n".join(table) + "\n")
+    (folder / "arm.toml").write_text(robot)
+    (folder / "recording.toml").write_text('robot = "arm.toml"\n')
+
+
 @pytest.mark.parametrize("synchronous", [True, False])
 def test_joint_moves_of_a_simulation_with_jerk_tell_a_share_of_the_robots_accelerations(
     tmp_path, synchronous
@@ -672,13 +685,7 @@ def test_joint_moves_of_a_simulation_with_jerk_tell_a_share_of_the_robots_accele
     if synchronous:
         slow = (arm.accelerations / turned).min(axis=1) * way
     sim = SimulatedRamps(build=0.08, stop=0.05).seconds(way, share * arm.speeds[lead], 0.5 * slow)
-    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 7)]
-    table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names])]
-    for k, (start, end) in enumerate(pairwise(np.degrees(joints).tolist())):
-        table.append(",".join(map(str, (k, "joint", 100 * share[k], sim[k], round(sim[k], 4), *start, *end))))
-    (tmp_path / "moves.csv").write_text("\n".join(table) + "\n")
-    (tmp_path / "arm.toml").write_text(arm.toml())
-    (tmp_path / "recording.toml").write_text('robot = "arm.toml"\n')
+    write_joint_moves(tmp_path, arm.toml(), joints, share, np.zeros(60), sim)
     making = case_of(read_recording(tmp_path))
     assert any("builds up accelerations" in note and "at each stop" in note for note in making.notes)
     assert making.case.base.build == pytest.approx(0.08, abs=5e-4)
@@ -699,3 +706,52 @@ def test_joint_moves_of_a_simulation_that_stops_at_rounded_corners_take_what_a_s
     case = case_of(read_recording(tmp_path)).case
     assert not (case.stop_start & case.stop_end).any()
     np.testing.assert_allclose(case.base.duration(), case.simulated, atol=1e-3)
+
+
+def swinging(rng, count=60):
+    """Joints (count + 1, 6) [rad] of an arm that swings, shares of rated speeds, and whether moves end in a stop."""
+    joints = rng.uniform(-0.3, 0.3, (count + 1, 6)) * np.array([3.0, 1.0, 1.0, 1.0, 1.0, 2.0])
+    return joints, rng.choice([0.1, 0.3, 1.0], count), np.arange(count) % 4 > 0
+
+
+def leading(arm, joints):
+    """Way [rad] of the axis that takes longest at rated speeds, its number, and its acceleration [rad/s^2]."""
+    turned = np.abs(np.diff(joints, axis=0))
+    lead, at = np.argmax(turned / arm.speeds, axis=1), np.arange(len(turned))
+    return turned[at, lead], lead, arm.accelerations[lead]
+
+
+def test_joint_moves_are_rounded_over_the_share_of_their_way_that_the_tool_goes_in_the_rounding(tmp_path):
+    """A zone of millimetres is a part of the tool's path, whatever the leading axis turns there."""
+    arm, rng = all_arms()[2], np.random.default_rng(9)
+    joints, share, stops = swinging(rng)
+    way, lead, slow = leading(arm, joints)
+    blend, speed = np.where(stops, 0.0, 0.03), share * arm.speeds[lead]
+    fine = joints[:-1, None] + np.linspace(0.0, 1.0, 400)[:, None] * np.diff(joints, axis=0)[:, None]
+    places = arm.poses(fine.reshape(-1, 6))[0].reshape(60, 400, 3)
+    tool = np.linalg.norm(np.diff(places, axis=1), axis=2).sum(axis=1)
+    shorter = np.minimum(tool, np.append(tool[1:], np.inf))
+    fast, left = np.minimum(speed, np.sqrt(way * slow)), np.minimum(blend, 0.5 * shorter) / tool * way
+    brake = fast**2 / (2.0 * slow)
+    late = np.where(left < brake, np.sqrt(2.0 * left / slow), fast / slow + (left - brake) / fast)
+    sim = SimulatedRamps().seconds(way, speed, slow) - 0.5 * np.where(stops, 0.0, late)
+    write_joint_moves(tmp_path, arm.toml(), joints, share, blend, sim)
+    base = case_of(read_recording(tmp_path)).case.base
+    assert np.abs(base.duration() - sim)[~stops].mean() < 1e-3
+
+
+def test_a_simulation_that_stops_at_corners_is_told_beside_ramps_that_build_up(tmp_path):
+    """Of a robot of which only speeds are known, by times of whole milliseconds: most moves have one speed, and of
+    these any law would do. The first axis leads rounded moves alone."""
+    arm, rng = all_arms()[2], np.random.default_rng(9)
+    joints, share, stops = swinging(rng)
+    share = np.where(rng.random(60) < 0.2, 0.1, 0.3)
+    way, lead, slow = leading(arm, joints)
+    stops |= lead > 0
+    sim = np.round(SimulatedRamps(build=0.04).seconds(way, share * arm.speeds[lead], slow), 3)
+    robot = re.sub(r", acceleration_deg_s2 = [\d.]+|^acceleration = .*$", "", arm.toml(), flags=re.MULTILINE)
+    write_joint_moves(tmp_path, robot, joints, share, np.where(stops, 0.0, 0.03), sim)
+    base = case_of(read_recording(tmp_path)).case.base
+    assert np.abs(base.duration() - sim).mean() < 1e-3
+    assert base.law == "stop"
+    assert base.build == pytest.approx(0.04, abs=2e-3)

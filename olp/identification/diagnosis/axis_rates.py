@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.diagnosis.simulation_laws import last_digit
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.robots.geometry import (
     quaternion_from_rotation,
@@ -65,6 +66,30 @@ def rates_of(recording: Recording, rows: Labels, way: Floats) -> tuple[Rates | N
     speeds, slopes = (v if np.isfinite(v).all() else None for v in (robot.speeds, robot.accelerations))
     told = Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies, task.lifts, task.climb)
     return told, task.told()
+
+
+def tool_ways(recording: Recording) -> Floats:
+    """(n,) [m] how far the tool goes in joint moves, whose ways are [rad]: by the robot's kinematics, else along the
+    chord between the tool's points; nan where neither tells it, and in other moves."""
+    from olp.robots.kinematics.configuration import forward
+
+    moves, robot = recording.moves, recording.robot
+    ways = np.where(moves.kind == JOINT, moves.chord, np.nan)
+    at = np.flatnonzero((moves.kind == JOINT) & moves.has_joints)
+    if (
+        robot is None
+        or robot.geometry is None
+        or not len(at)
+        or moves.joints_start.shape[1] != len(robot.axes)
+    ):
+        return ways
+    task = _Task(recording, robot, at, moves.joints_start[at], moves.joints_end[at])
+    joints = _between(task.joints_start, task.joints_end)
+    flange, rotation = forward(robot, joints.reshape(len(at) * PLACES, -1))
+    tool = flange + rotation @ _tool(task, np.arange(len(at)))[0]
+    steps = np.diff(tool.reshape(len(at), PLACES, 3), axis=1)
+    ways[at] = np.linalg.norm(steps, axis=2).sum(axis=1)
+    return ways
 
 
 @dataclass(slots=True, eq=False)
@@ -827,6 +852,8 @@ _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
 _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves
 _NEARER = 0.5  # [1] of a law's misfit that the other one must leave: axes with limits in proportion obey both
 _MUCH_NEARER = 0.2  # [1] likewise, where a plainer law does
+_DIGITS = 1e-4  # [s] no simulated time is told nearer
+_FOR_A_TIME = 4  # different moves within their digits that a time beside the ramps has to bring
 _EXACT = 3e-4  # of a simulated time: nearer, there is no other law to look for
 # Times beside limits, and whether accelerations build up.
 _TIMES_BESIDE = ((0, False), (1, False), (1, True), (2, True))
@@ -894,7 +921,11 @@ def _limits_told_by(
     turns = np.nonzero(least[: turned.shape[1]] > 1e-9)[0]
     per_speed, per_ramp = per_speed[:, turns], per_ramp[:, turns]
     least = least.reshape(2, -1)[:, turns]
-    best: tuple[float, Floats, AxisLaw] | None = None
+    best: tuple[float, Floats, AxisLaw, int] | None = None
+    digits = max(0.5 * last_digit(sim[told]), _DIGITS)
+    one = np.unique(
+        np.round(np.concatenate([per_speed, per_ramp], axis=1)[told], _SAME), axis=0, return_index=True
+    )[1]
     for times, builds in _TIMES_BESIDE:
         plainer = best
         for law in (AxisLaw(True, builds), AxisLaw(False, builds)):
@@ -902,17 +933,21 @@ def _limits_told_by(
                 logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), [np.log(_BESIDE)] * times)
                 found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], law)
                 off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], law)[0]))
-                misfit = float(np.quantile(off, _OF_ALL))
+                misfit, beyond = (
+                    float(np.quantile(off, _OF_ALL)),
+                    int(((off * sim[told])[one] > 1.02 * digits).sum()),
+                )
                 as_near = 1.0 if best is None or best[2] == law else _NEARER
                 if best is plainer and plainer is not None and plainer[0] <= _OFF:
-                    as_near = _MUCH_NEARER
+                    # Moves that a plainer law misses by more than their digits are as good as a nearer law.
+                    as_near = 1.0 if plainer[3] - beyond >= _FOR_A_TIME else _MUCH_NEARER
                 if best is None or misfit < as_near * best[0]:
-                    best = misfit, found, law
+                    best = misfit, found, law, beyond
         if best is not None and best[0] <= _EXACT:
             break
     if best is None or best[0] > _OFF:
         return None
-    _, logs, law = best
+    _, logs, law, _ = best
     logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], law)
     off, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), law)
     off = np.where(moving, np.expm1(off), np.nan)

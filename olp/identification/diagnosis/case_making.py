@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.identification.diagnosis import phrasing
-from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of
+from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of, tool_ways
 from olp.identification.diagnosis.simulation_laws import (
     FEWEST,
     SOME_ROUNDING,
@@ -24,6 +24,7 @@ from olp.identification.diagnosis.simulation_laws import (
     cornered,
     inferred,
     limited,
+    nearer_at_corners,
     ramps_beside,
     ramps_by_corners,
     ramps_of,
@@ -89,11 +90,15 @@ class _Pace(NamedTuple):
     speed: Floats
     acceleration: Floats
     override: Floats  # [1] under which the judged simulation ran; it is in `speed`
+    leading: NDArray[np.intp]  # the axis that leads a joint move, -1 in others
     axes: AxisLimits | None = None  # read off the simulated times of joint moves
     rated_ramps: tuple[
         Floats, ...
     ] = ()  # (n,) each: of joint moves by a robot's accelerations, by several laws
     guessed: Mask | None = None  # (n,) of these, speed and ramps are good for corners alone: not judged
+    tool_way: Floats | None = (
+        None  # (n,) [m] of the tool, also in joint moves, where some of these have a rounded end
+    )
 
 
 class JudgedTimes(NamedTuple):
@@ -248,7 +253,8 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
     )
     speed = np.where(moves.kind == WAIT, 1.0, np.where(shown, 1.0, override) * speed)
     way = np.where(moves.kind == WAIT, 0.0, way)
-    return _Pace(way, speed, acceleration, override, axes, rated_ramps, guessed)
+    tool_way = np.where(joint, tool_ways(recording), way) if (joint & ~moves.stops).any() else None
+    return _Pace(way, speed, acceleration, override, leading, axes, rated_ramps, guessed, tool_way)
 
 
 def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Mask, str] | None:
@@ -509,7 +515,27 @@ def _base(
     if best.off > _CORNERS_RIGHT and not (judged.own or simulated.joint.any()):
         other = whole(SimulatedRamps(), by_corners=True)
         best = other if other.off < _NEARER * best.off else best
+    if best.everywhere > _CORNERS_RIGHT and not judged.own:
+        beside = best.turning if best.turning.told else _beside_rated(simulated, pace, rows)
+        laws = [law for law in beside.with_one_time() if law != best.turning]
+        tried = [whole(best.straight, turning=law) for law in laws]
+        if (
+            not simulated.plain.any()
+        ):  # what no line between stops tells of lines, the law of the joint moves does
+            tried += [whole(law, turning=law) for law in laws]
+        other = min(tried, key=lambda made: made.everywhere, default=best)
+        best = other if other.everywhere < _NEARER * best.everywhere else best
     return best
+
+
+def _beside_rated(simulated: _SimulatedRows, pace: _Pace, rows: Rows) -> SimulatedRamps:
+    """A time beside the ramps of joint moves between stops, where these have a robot's accelerations but for that."""
+    plain = simulated.joint & simulated.start & simulated.end
+    for ramps in pace.rated_ramps:
+        over = (simulated.sim - trapezoid(simulated.way, simulated.speed, ramps[rows]))[plain]
+        if len(over) and np.ptp(over) <= _CORNERS_RIGHT and over.min() > _CORNERS_RIGHT:
+            return SimulatedRamps(stop=float(np.median(over)))
+    return SimulatedRamps()
 
 
 class _SimulatedRows(NamedTuple):
@@ -554,12 +580,10 @@ def _laws_of_lines(
     everywhere, laws = next(((k == 0, some) for k, some in enumerate(found) if some), (False, []))
     if laws and laws[0].told:
         return laws, everywhere
-    ends = np.stack(
-        [np.where(simulated.start, 0.0, round_start), np.where(simulated.end, 0.0, round_end)], axis=1
-    )
-    more = ramps_by_corners(
-        simulated.way, simulated.speed, simulated.slow, simulated.sim, simulated.plain, simulated.lines, ends
-    )
+    starts = np.where(simulated.start, 0.0, round_start)
+    rounded = np.stack([starts, np.where(simulated.end, 0.0, round_end)], axis=1)
+    way, speed, slow, sim = simulated[:4]
+    more = ramps_by_corners(way, speed, slow, sim, simulated.plain, simulated.lines, rounded)
     return [*(laws or [SimulatedRamps()]), *more], everywhere
 
 
@@ -569,6 +593,9 @@ class _SimulatedMotion(NamedTuple):
     motion: Motion
     stretch: float  # [1] durations over what is written takes
     off: float  # [s] mean distance of lines with rounded corners from the simulation
+    everywhere: float  # [s] of all moves with rounded corners
+    straight: SimulatedRamps  # law of lines
+    turning: SimulatedRamps  # law of joint moves
     notes: tuple[str, ...]
 
     def off_in(self, some: Mask, sim: Floats) -> float:
@@ -587,12 +614,13 @@ def _by_law(
     resolution: float,
     straight: SimulatedRamps,
     by_corners: bool = False,
+    turning: SimulatedRamps | None = None,
 ) -> _SimulatedMotion:
-    """With a law of the ramps of straight moves; `by_corners`: rounded corners tell their accelerations."""
+    """With a law of the ramps of straight moves, and one of joint moves; None: as those between stops tell it.
+    `by_corners`: rounded corners tell the accelerations of straight moves."""
     way, speed, slow, sim, start, end, moving, joint, waits = simulated
     plain, lines, added, notes = simulated.plain, simulated.lines, judged.stop[rows], list[str]()
     faster, stronger = tuned(way, speed, slow, sim, plain)
-    turning = straight  # the law of joint moves
     if straight.told:
         faster, stronger = 1.0, straight.stronger
         slow = np.where(np.isfinite(slow) | joint, slow, 1.0)
@@ -601,11 +629,12 @@ def _by_law(
             f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
             "written accelerations: findings are relative to that"
         )
-    if not judged.own and (pace.axes is not None or plain.sum() < FEWEST):
-        everywhere = pace.axes is not None and pace.axes.tell(rows[joint])
-        stopping = joint & (start & end | everywhere)
+    stopping = joint & start & end
+    if turning is None and not judged.own and (pace.axes is not None or plain.sum() < FEWEST):
+        stopping = joint & (start & end | (pace.axes is not None and pace.axes.tell(rows[joint])))
         turning = _ramps_of_axes(moves, rows, pace, sim, stopping)
-        waits = waits | stopping
+    turning = turning or straight
+    waits = waits | stopping
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
     speed = np.where(lines, faster * speed, speed)
@@ -618,8 +647,10 @@ def _by_law(
     for kind, law, asked in ((joint, turning, read & start & end), (~joint, straight, plain)):
         here = kind & (missing | limited(way, speed, sim, slow, asked, law))
         if here.any():
-            sure = (start & end)[here]
-            slow[here] = inferred(way[here], speed[here], sim[here], sure, resolution, law, slow[here])
+            sure, leading = (start & end)[here], pace.leading[rows][here]
+            slow[here] = inferred(
+                way[here], speed[here], sim[here], sure, resolution, law, slow[here], leading
+            )
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
@@ -649,12 +680,19 @@ def _by_law(
     # What no move between stops tells of joint moves, the law of the lines' corners does.
     unknown = joint & missing & ~(joint & start & end).any() & (rounded.sum() >= FEWEST)
     found = cornered(whole.with_(corners=corners), sim, ~unknown)
+    shared = _by_share_of_the_way(whole.with_(corners=corners), pace, rows, ends.before)
+    if shared is not None:
+        found = nearer_at_corners(found, cornered(shared, sim, ~unknown), sim, ~unknown)
     if unknown.any():
         slow = np.where(unknown, as_long_as(found, sim), slow)
         found = found.with_(accelerate=slow, decelerate=slow)
-    off = float(np.mean(np.abs(found.duration() - sim)[rounded])) if rounded.any() else 0.0
+    off = np.abs(found.duration() - sim)
+    at_lines, everywhere = (
+        float(np.mean(off[some])) if some.any() else 0.0 for some in (rounded, moving & ~(start & end))
+    )
+    stretch = 1.0 / faster if stretched else 1.0
     return _SimulatedMotion(
-        found.with_(added=added + stopped), 1.0 / faster if stretched else 1.0, off, tuple(notes)
+        found.with_(added=added + stopped), stretch, at_lines, everywhere, straight, turning, tuple(notes)
     )
 
 
@@ -727,6 +765,31 @@ def _corners(moves: RecordedMoves, pace: _Pace, rows: Rows, before: Rows, slow: 
         turns[rows],
         turns[np.where(has, last, rows)],
         turns[np.where(runs, following, rows)],
+    )
+
+
+def _by_share_of_the_way(motion: Motion, pace: _Pace, rows: Rows, before: Rows) -> Motion | None:
+    """The motion whose joint moves are rounded over the share of their way [rad] that the rounding [m] is of the tool's
+    way; None where no joint move is rounded or nothing tells the tool's ways."""
+    if pace.tool_way is None or motion.corners is None:
+        return None
+    tool = pace.tool_way
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.where(motion.way > 0, motion.way / tool[rows], 1.0)
+    rounded = np.maximum(motion.round_start, motion.round_end) > SOME_ROUNDING
+    if not np.isfinite(turn[rounded]).all() or (np.abs(turn - 1.0)[rounded] < SOME_ROUNDING).all():
+        return None
+    turn = np.where(rounded, turn, 1.0)
+    last, after = before[rows], np.full(len(tool), -1)
+    after[before[before >= 0]] = np.nonzero(before >= 0)[0]
+    shorter = (
+        np.where(others >= 0, np.fmin(tool[others], tool[rows]), tool[rows]) for others in (last, after[rows])
+    )
+    start, end = (np.where(rounded, turn * way, np.inf) for way in shorter)
+    return motion.with_(
+        round_start=turn * motion.round_start,
+        round_end=turn * motion.round_end,
+        corners=motion.corners._replace(shorter_start=start, shorter_end=end),
     )
 
 

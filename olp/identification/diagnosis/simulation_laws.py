@@ -44,7 +44,7 @@ def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
     """`motion` with law, overlap, split and reach from the simulated durations `sim` (n,) [s] of the moves `told` (n,),
     whose ramps are known."""
     rounded = told & ((motion.round_start > 0) | (motion.round_end > 0))
-    digits = max(_DIGITS, 0.5 * _digit(sim[rounded])) if rounded.any() else _DIGITS
+    digits = max(_DIGITS, 0.5 * last_digit(sim[rounded])) if rounded.any() else _DIGITS
     if not rounded.any() or _off(motion, sim, rounded) < digits:
         return motion.with_(law="stop")
     best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
@@ -53,6 +53,13 @@ def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
         if off < least:
             best, least = tried.with_(overlap=overlap), off
     return best if best.law == "stop" or least < digits else _at_its_reach(best, sim, rounded, least)
+
+
+def nearer_at_corners(one: Motion, other: Motion, sim: Floats, told: Mask) -> Motion:
+    """Of two motions the one that is nearer to the simulated durations `sim` (n,) [s] at the rounded corners of the
+    moves `told` (n,), the first where none is."""
+    rounded = told & ((one.round_start > 0) | (one.round_end > 0))
+    return other if rounded.any() and _off(other, sim, rounded) < _off(one, sim, rounded) else one
 
 
 def _at_its_reach(motion: Motion, sim: Floats, rounded: Mask, least: float) -> Motion:
@@ -232,6 +239,7 @@ def _off(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> float:
 _CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
 _SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
+_ON_GRID = 1e-3  # of a recorder's resolution
 _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
 _MOST_ALIKE = 0.8  # of the moves have one of them
 _HALVINGS = 60  # of an interval of logarithms
@@ -264,6 +272,11 @@ class SimulatedRamps(NamedTuple):
             if time
         ]
         return f"the simulation {' and '.join(does)}: findings are relative to that"
+
+    def with_one_time(self) -> list[SimulatedRamps]:
+        """The laws with one time that moves between stops may not tell from this one."""
+        time = self.build + self.filtered + self.stop
+        return [SimulatedRamps(**{name: time}) for name in ("stop", "build", "filtered")] if time else []
 
     def seconds(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
         """(n,) [s] between two stops."""
@@ -326,51 +339,71 @@ def inferred(
     resolution: float,
     law: SimulatedRamps,
     known: Floats,
+    leading: NDArray[np.intp],
 ) -> Floats:
     """(n,) [m/s²] with which ramps by the law take the simulated time, without what stops take; rows with rounded ends
-    get the others' median, or what is `known` of a robot where no row tells it."""
+    get the others' median, of the same axis if any, or what is `known` of a robot where no row tells it. `leading`
+    (n,): axes of joint moves."""
     slow, over = law.slow(way, speed, sim)
     told = (over > _CONTROLLERS_CYCLE) & np.isfinite(slow)
-    if stops.all() or _stops_everywhere(slow, over, told, stops):
+    digits = max(_SIM_DIGITS, _DIGIT * last_digit(sim))
+    if stops.all() or _stops_everywhere(slow, over, told, stops, leading, digits):
         stops = np.ones_like(stops)
     good = stops & told
     if not good.any():
         return np.where(np.isfinite(known), known, 1e3 * float(np.median(speed)))
-    # Long ramps tell the acceleration best: the median weighted by their length.
-    order = np.argsort(slow[good])
-    weight = np.cumsum(over[good][order])
-    one = float(slow[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
+    one = _middle_of(slow[good], over[good])
     said = law._replace(stop=0.0).seconds(way, speed, np.full(len(way), one))
-    digits = max(np.nan_to_num(resolution), 1e-4)
-    if np.mean(np.abs(said - sim)[stops] <= 1.01 * digits) >= 0.9:
+    on_grid = resolution > 0 and np.abs(sim / resolution - np.round(sim / resolution)).max() < _ON_GRID
+    near = 1.01 * max(resolution if on_grid else last_digit(sim), 1e-4)
+    if np.mean(np.abs(said - sim)[stops] <= near) >= 0.9:
         return np.full(len(way), one)
-    return np.where(good, slow, one)
+    others = np.full(len(way), one)
+    for axis in np.unique(leading[good]).tolist():
+        of_it = leading == axis
+        others[of_it] = _middle_of(slow[good & of_it], over[good & of_it])
+    return np.where(good, slow, others)
 
 
-def _stops_everywhere(slow: Floats, over: Floats, told: Mask, stops: Mask) -> bool:
+def _middle_of(slow: Floats, over: Floats) -> float:
+    """[m/s²] Long ramps tell the acceleration best: the median weighted by their length, `over` (n,) [s]."""
+    order = np.argsort(slow)
+    weight = np.cumsum(over[order])
+    return float(slow[order][np.searchsorted(weight, 0.5 * weight[-1])])
+
+
+def _stops_everywhere(
+    slow: Floats, over: Floats, told: Mask, stops: Mask, leading: NDArray[np.intp], digits: float
+) -> bool:
     """Whether moves with rounded ends, taken for moves between stops, have the same few accelerations `slow` as those
-    between stops have: then the simulation knows of no rounding."""
+    between stops have: then the simulation knows of no rounding. `digits` [s]: what simulated times are rounded by.
+
+    Another acceleration says nothing where none of the moves between stops is led by the same axis, `leading` (n,).
+    """
     known, asked = told & stops, told & ~stops
     if not asked.any():
         return False
-    levels = _levels(slow[known] if known.any() else slow[asked], over[known] if known.any() else over[asked])
+    one = known if known.any() else asked
+    levels = _levels(slow[one], over[one], digits)
     if not 0 < len(levels) <= _LEVELS:
         return False
-    near = np.abs(slow[asked][:, None] / levels - 1.0) < _ALIKE + _SIM_DIGITS / over[asked][:, None]
-    return bool(near.any(axis=1).mean() >= _MOST_ALIKE)
+    near = np.abs(slow[asked][:, None] / levels - 1.0) < _ALIKE + digits / over[asked][:, None]
+    alike = np.asarray(near.any(axis=1))
+    compared = alike | np.isin(leading[asked], leading[one])
+    return bool(alike.any() and alike[compared].mean() >= _MOST_ALIKE)
 
 
-def _levels(slow: Floats, over: Floats) -> Floats:
+def _levels(slow: Floats, over: Floats, digits: float) -> Floats:
     """The accelerations that nearly all of `slow` are, within the digits of simulated times; none when many."""
     left, found = np.ones(len(slow), dtype=bool), list[float]()
     while left.mean() > 1.0 - _MOST_ALIKE and len(found) < _LEVELS:
-        near = np.abs(slow[:, None] / slow[left] - 1.0) < _ALIKE + _SIM_DIGITS / over[:, None]
+        near = np.abs(slow[:, None] / slow[left] - 1.0) < _ALIKE + digits / over[:, None]
         counts = near[left].sum(axis=0)
         if counts.max() < _MANY * len(slow):
             return np.zeros(0)
         best = slow[left][int(np.argmax(counts))]
         found.append(float(best))
-        left &= np.abs(slow / best - 1.0) >= _ALIKE + _SIM_DIGITS / over
+        left &= np.abs(slow / best - 1.0) >= _ALIKE + digits / over
     return np.array(found) if left.mean() <= 1.0 - _MOST_ALIKE else np.zeros(0)
 
 
@@ -436,7 +469,7 @@ def ramps_that_fit(
     none where no law does. The rest as in `tuned`."""
     good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
     written = bool(np.isfinite(slow[good]).all())
-    digit = _digit(sim[good])
+    digit = last_digit(sim[good])
     if good.sum() < FEWEST or digit > _COARSEST:
         return []
     faster, stronger = tuned(way, speed, slow, sim, plain)
@@ -530,7 +563,7 @@ def ramps_by_corners(
         sim[good],
         slow[good] if written else np.ones(int(good.sum())),
     )
-    digit = _digit(sim)
+    digit = last_digit(sim)
     if (
         not plain.any()
         or plain.all()
@@ -636,7 +669,7 @@ def _counts(off: Floats, digit: float) -> Floats:
     return np.asarray(1.0 / (1.0 + (off / (2.0 * scale)) ** 2))
 
 
-def _digit(seconds: Floats) -> float:
+def last_digit(seconds: Floats) -> float:
     """[s] the last digit of simulated times."""
     for digit in (1e-1, 1e-2, 1e-3):
         if np.abs(seconds / digit - np.round(seconds / digit)).max(initial=0.0) < 1e-6:
