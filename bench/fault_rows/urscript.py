@@ -93,9 +93,9 @@ FAULTS: Final = (
     ),
     Fault(
         "calls.py",
-        "number, value = (self._expressions.lower(one.value) for one in given)",
-        "value, number = (self._expressions.lower(one.value) for one in given)",
-        "set_digital_out: number and value swapped",
+        "signal = signal_of(self._expressions, name, builtins.OUTPUTS[name], given[0].value)",
+        "signal = signal_of(self._expressions, name, builtins.OUTPUTS[name], given[1].value)",
+        "set_digital_out: the value is taken for the number",
     ),
     Fault(
         "reader.py",
