@@ -96,9 +96,7 @@ class _Pace(NamedTuple):
         Floats, ...
     ] = ()  # (n,) each: of joint moves by a robot's accelerations, by several laws
     guessed: Mask | None = None  # (n,) of these, speed and ramps are good for corners alone: not judged
-    tool_way: Floats | None = (
-        None  # (n,) [m] of the tool, also in joint moves, where some of these have a rounded end
-    )
+    tool_way: Floats | None = None  # (n,) [m] of the tool, in all moves, where joint moves are rounded
 
 
 class JudgedTimes(NamedTuple):
