@@ -407,14 +407,14 @@ def _against(case: MeasuredMoves, pull: Array) -> Columns:
     return _available(case, 1.0 - pull, 1.0 + pull)
 
 
-def _available(case: MeasuredMoves, starting: Array, stopping: Array) -> Columns:
-    """Of each ramp's acceleration along the way (n, m), walked in small steps of speed; how fast a short way gets
-    depends on both, so the walk is repeated until that stays."""
+def _available(case: MeasuredMoves, starting: Array, stopping: Array, least: float = 0.05) -> Columns:
+    """Of each ramp's acceleration along the way (n, m), at least a share, walked in small steps of speed; how fast a
+    short way gets depends on both, so the walk is repeated until that stays."""
     base, forces = case.base, (starting, stopping[:, ::-1])
     top = top_speed(case)
     for _ in range(20):
         up, down = (
-            slow / _walked(np.maximum(force, 0.05), top**2 / (slow * np.maximum(base.way, 1e-9)))
+            slow / _walked(np.maximum(force, least), top**2 / (slow * np.maximum(base.way, 1e-9)))
             for slow, force in zip((base.accelerate, base.decelerate), forces, strict=True)
         )
         peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / up + 1.0 / down))
@@ -485,12 +485,12 @@ def orientation_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns
 def joint_acceleration_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """a ≤ A / |q'| where the ramp passes."""
     assert case.rates is not None
-    rates = rates_of(case, case.rates.rated_acceleration, form.axis)
-    found = []
-    for end, slow in enumerate((case.base.accelerate, case.base.decelerate)):
-        asked = in_ramp(case, rates, end) * slow[:, None]
-        found.append(1.0 / longer(np.minimum(1.0, values[0] / np.maximum(asked, 1e-12))))
-    return both(case, *found)
+    rates = np.maximum(rates_of(case, case.rates.rated_acceleration, form.axis), 1e-12)
+    up, down = (
+        np.minimum(1.0, values[0] / (rates * slow[:, None]))
+        for slow in (case.base.accelerate, case.base.decelerate)
+    )
+    return _available(case, up, down, 1e-9)
 
 
 def joint_speed_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:

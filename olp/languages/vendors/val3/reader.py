@@ -293,7 +293,9 @@ def _parted(text: str) -> tuple[str, str | None]:
 
 
 _SET_SIGNAL: Final = re.compile(r"(?:^\s*(?=\w+(?:\[0\])?\s*=(?!=))|\b[ad]ioSet\(\s*)(\w+)")
-_SET_SPEED: Final = re.compile(r"(\w+)(?:\[[^\]]*\])?\s*(?:\.tmax)?\s*=(?!=)")  # a descriptor, or its bound
+_SET_SPEED: Final = re.compile(
+    r"\b(\w+)(?:\[[^\][]{0,80}\])?(?:\.tmax)?\s*=(?!=)"
+)  # a descriptor, or its bound
 _FULL_SPEED: Final = 1.0  # [m/s] of 100 % along a path, as no program says how fast its arm is
 _PATHS: Final = {"movej": st.Path.JOINT, "movel": st.Path.LINEAR, "movec": st.Path.CIRCULAR}
 _FUNCTIONS: Final = {
