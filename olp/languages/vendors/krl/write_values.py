@@ -143,8 +143,8 @@ def _longest_text(program: st.Program, declared: Iterable[st.Statement]) -> int:
         return TEXT_LENGTH
     rows = (s for s in program.statements() if not (calls_nothing(s) or isinstance(s, st.Message)))
     texts = [len(e.value) for s in rows for e in expressions_of(s) if type(e) is ex.Text]
-    joined = [length for _, length in text_lengths(program)]
-    return int(max(TEXT_LENGTH, *texts, *(length for length in joined if not math.isinf(length))))
+    joined = [length for _, length in text_lengths(program) if not math.isinf(length)]
+    return int(max([TEXT_LENGTH, *texts, *joined]))
 
 
 class KrlValues(Generator):
