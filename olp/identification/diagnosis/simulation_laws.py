@@ -240,6 +240,7 @@ _CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
 _SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
 _ON_GRID = 1e-3  # of a recorder's resolution
+_ODD = 0.1  # of the moves that an axis leads: more of them show that it has no single acceleration
 _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
 _MOST_ALIKE = 0.8  # of the moves have one of them
 _HALVINGS = 60  # of an interval of logarithms
@@ -352,17 +353,18 @@ def inferred(
     good = stops & told
     if not good.any():
         return np.where(np.isfinite(known), known, 1e3 * float(np.median(speed)))
-    one = _middle_of(slow[good], over[good])
-    said = law._replace(stop=0.0).seconds(way, speed, np.full(len(way), one))
     on_grid = resolution > 0 and np.abs(sim / resolution - np.round(sim / resolution)).max() < _ON_GRID
     near = 1.01 * max(resolution if on_grid else last_digit(sim), 1e-4)
-    if np.mean(np.abs(said - sim)[stops] <= near) >= 0.9:
-        return np.full(len(way), one)
-    others = np.full(len(way), one)
+    found = np.full(len(way), _middle_of(slow[good], over[good]))
     for axis in np.unique(leading[good]).tolist():
         of_it = leading == axis
-        others[of_it] = _middle_of(slow[good & of_it], over[good & of_it])
-    return np.where(good, slow, others)
+        found[of_it] = _middle_of(slow[good & of_it], over[good & of_it])
+    off = np.abs(law._replace(stop=0.0).seconds(way, speed, found) - sim) > near
+    for axis in np.unique(leading).tolist():
+        of_it = leading == axis
+        if (stops & of_it).any() and np.mean(off[stops & of_it]) > _ODD:
+            found[of_it] = np.where(good, slow, found)[of_it]
+    return found
 
 
 def _middle_of(slow: Floats, over: Floats) -> float:
