@@ -755,3 +755,19 @@ def test_a_simulation_that_stops_at_corners_is_told_beside_ramps_that_build_up(t
     assert np.abs(base.duration() - sim).mean() < 1e-3
     assert base.law == "stop"
     assert base.build == pytest.approx(0.04, abs=2e-3)
+
+
+def test_axes_that_lead_few_joint_moves_have_accelerations_of_their_own(tmp_path):
+    """One acceleration did for nine of ten moves, and the others were up to 0.7 s longer than simulated."""
+    arm, rng = all_arms()[2], np.random.default_rng(9)
+    joints, share, _ = swinging(rng, 80)
+    joints[:, 1:] *= 0.05
+    joints[13::35, 5] += 2.5
+    way, lead, _ = leading(arm, joints)
+    assert 0.0 < np.mean(lead != 0) < 0.1
+    slow = np.where(lead == 0, 6.0, 24.0)
+    sim = np.round(SimulatedRamps(build=0.04).seconds(way, share * arm.speeds[lead], slow), 3)
+    robot = re.sub(r", acceleration_deg_s2 = [\d.]+|^acceleration = .*$", "", arm.toml(), flags=re.MULTILINE)
+    write_joint_moves(tmp_path, robot, joints, share, np.zeros(80), sim)
+    base = case_of(read_recording(tmp_path)).case.base
+    assert np.abs(base.duration() - sim).max() < 2e-3
