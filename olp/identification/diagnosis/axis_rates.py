@@ -933,10 +933,8 @@ def _limits_told_by(
                 logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), [np.log(_BESIDE)] * times)
                 found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], law)
                 off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], law)[0]))
-                misfit, beyond = (
-                    float(np.quantile(off, _OF_ALL)),
-                    int(((off * sim[told])[one] > 1.02 * digits).sum()),
-                )
+                misfit = float(np.quantile(off, _OF_ALL))
+                beyond = int(((off * sim[told])[one] > 1.02 * digits).sum())
                 as_near = 1.0 if best is None or best[2] == law else _NEARER
                 if best is plainer and plainer is not None and plainer[0] <= _OFF:
                     # Moves that a plainer law misses by more than their digits are as good as a nearer law.

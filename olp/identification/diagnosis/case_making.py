@@ -159,7 +159,8 @@ def _case(
         base = _opened(base, moves, rows, ends.before)
         base, stretch = base.with_(corners=_corners(moves, pace, rows, ends.before, base.accelerate)), 1.0
     else:
-        ends, made = _simulated_ends(moves, rows, pace, judged, ends, blend, floor.resolution)
+        asked = _Judged(moves, rows, pace, judged, ends, blend, floor.resolution)
+        ends, made = _simulated_ends(asked)
         base, stretch = made.motion, made.stretch
         notes.extend(made.notes)
     stop_start, stop_end, before, _ = ends
@@ -451,38 +452,33 @@ def _arcs(moves: RecordedMoves) -> Floats:
 # --- the judged simulation --------------------------------------------------------------------------------------------
 
 
-def _simulated_ends(
-    moves: RecordedMoves,
-    rows: Rows,
-    pace: _Pace,
-    judged: JudgedTimes,
-    ends: MoveEnds,
-    blend: Floats,
-    resolution: float,
-) -> tuple[MoveEnds, _SimulatedMotion]:
+class _Judged(NamedTuple):
+    """What is known of the simulation whose durations are judged."""
+
+    moves: RecordedMoves
+    rows: Rows  # of the moves that are in the case
+    pace: _Pace  # of all moves
+    times: JudgedTimes  # of all moves
+    ends: MoveEnds
+    blend: Floats  # (m,) [m] rounding at each move's end, of all moves
+    resolution: float  # [s] of the recorder
+
+
+def _simulated_ends(judged: _Judged) -> tuple[MoveEnds, _SimulatedMotion]:
     """Where moves end, and the motion behind the simulated durations. Whether the last moves of cycles go on into the
-    next one, which nobody writes, simulated durations tell, which have no scatter; else `ends`."""
-    made = _base(moves, rows, pace, judged, ends, blend, resolution)
-    other = ends.other
-    if judged.own or other is None:
+    next one, which nobody writes, simulated durations tell, which have no scatter; else the ends that are judged."""
+    made, ends, other = _base(judged), judged.ends, judged.ends.other
+    if judged.times.own or other is None:
         return ends, made
-    differ = ((ends.start != other.start) | (ends.end != other.end))[rows]
-    sim = judged.duration[rows]
+    differ = ((ends.start != other.start) | (ends.end != other.end))[judged.rows]
+    sim = judged.times.duration[judged.rows]
     if not differ.any() or (least := made.off_in(differ, sim)) < _CORNERS_RIGHT:
         return ends, made
-    tried = _base(moves, rows, pace, judged, other, blend, resolution)
+    tried = _base(judged._replace(ends=other))
     return (other, tried) if tried.off_in(differ, sim) < _NEARER * least else (ends, made)
 
 
-def _base(
-    moves: RecordedMoves,
-    rows: Rows,
-    pace: _Pace,
-    judged: JudgedTimes,
-    ends: MoveEnds,
-    blend: Floats,
-    resolution: float,
-) -> _SimulatedMotion:
+def _base(judged: _Judged) -> _SimulatedMotion:
     """The motion behind the simulated durations, and by what factor these are longer than what is written takes.
 
     A simulation that was tuned runs at a share of what is written.
@@ -490,11 +486,12 @@ def _base(
     acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes
     nearest to the simulation.
     """
+    moves, rows, pace, times, ends, blend, _ = judged
     simulated = _SimulatedRows(
         pace.way[rows],
         pace.speed[rows],
         np.where(moves.kind[rows] != WAIT, pace.acceleration[rows], 1.0),
-        judged.duration[rows] - judged.stop[rows],
+        times.duration[rows] - times.stop[rows],
         ends.start[rows],
         ends.end[rows],
         moves.kind[rows] != WAIT,
@@ -502,25 +499,23 @@ def _base(
         ends.end[rows],
     )
     laws = [SimulatedRamps()]
-    if not judged.own:
+    if not times.own:
         laws, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
         simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
-    whole = partial(_by_law, simulated, moves, rows, pace, judged, ends, blend, resolution)
+    whole = partial(_by_law, judged, simulated)
     best = whole(laws[0])
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
         best = other if other.off < _NEARER * best.off else best
-    if best.off > _CORNERS_RIGHT and not (judged.own or simulated.joint.any()):
+    if best.off > _CORNERS_RIGHT and not (times.own or simulated.joint.any()):
         other = whole(SimulatedRamps(), by_corners=True)
         best = other if other.off < _NEARER * best.off else best
-    if best.everywhere > _CORNERS_RIGHT and not judged.own:
+    if best.everywhere > _CORNERS_RIGHT and not times.own:
         beside = best.turning if best.turning.told else _beside_rated(simulated, pace, rows)
         laws = [law for law in beside.with_one_time() if law != best.turning]
         tried = [whole(best.straight, turning=law) for law in laws]
-        if (
-            not simulated.plain.any()
-        ):  # what no line between stops tells of lines, the law of the joint moves does
-            tried += [whole(law, turning=law) for law in laws]
+        # What no line between stops tells of lines, the law of the joint moves does.
+        tried += [whole(law, turning=law) for law in laws if not simulated.plain.any()]
         other = min(tried, key=lambda made: made.everywhere, default=best)
         best = other if other.everywhere < _NEARER * best.everywhere else best
     return best
@@ -555,14 +550,14 @@ class _SimulatedRows(NamedTuple):
         return np.asarray(self.moving & ~self.joint)
 
     @property
-    def written(self) -> bool:
-        """Whether some line's acceleration is."""
-        return bool(np.isfinite(self.slow[self.lines]).any())
-
-    @property
     def plain(self) -> Mask:
         """Lines between stops."""
         return np.asarray(self.start & self.end & self.lines)
+
+    @property
+    def rounded(self) -> Mask:
+        """Other lines."""
+        return np.asarray(self.lines & ~self.plain)
 
 
 def _laws_of_lines(
@@ -602,22 +597,17 @@ class _SimulatedMotion(NamedTuple):
 
 
 def _by_law(
+    judged: _Judged,
     simulated: _SimulatedRows,
-    moves: RecordedMoves,
-    rows: Rows,
-    pace: _Pace,
-    judged: JudgedTimes,
-    ends: MoveEnds,
-    blend: Floats,
-    resolution: float,
     straight: SimulatedRamps,
     by_corners: bool = False,
     turning: SimulatedRamps | None = None,
 ) -> _SimulatedMotion:
     """With a law of the ramps of straight moves, and one of joint moves; None: as those between stops tell it.
     `by_corners`: rounded corners tell the accelerations of straight moves."""
+    moves, rows, pace, times, ends, blend, _ = judged
     way, speed, slow, sim, start, end, moving, joint, waits = simulated
-    plain, lines, added, notes = simulated.plain, simulated.lines, judged.stop[rows], list[str]()
+    plain, lines, notes = simulated.plain, simulated.lines, list[str]()
     faster, stronger = tuned(way, speed, slow, sim, plain)
     if straight.told:
         faster, stronger = 1.0, straight.stronger
@@ -628,27 +618,20 @@ def _by_law(
             "written accelerations: findings are relative to that"
         )
     stopping = joint & start & end
-    if turning is None and not judged.own and (pace.axes is not None or plain.sum() < FEWEST):
+    if turning is None and not times.own and (pace.axes is not None or plain.sum() < FEWEST):
         stopping = joint & (start & end | (pace.axes is not None and pace.axes.tell(rows[joint])))
         turning = _ramps_of_axes(moves, rows, pace, sim, stopping)
     turning = turning or straight
-    waits = waits | stopping
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
     speed = np.where(lines, faster * speed, speed)
-    slow = np.where(lines, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
-    read = joint & (pace.axes is not None)
-    missing = ~np.isfinite(slow) | (joint & ~read)
-    stopped = np.where(moving & waits, np.where(joint, turning.stop, straight.stop), 0.0)
-    sim = sim - stopped
-    for kind, law, asked in ((joint, turning, read & start & end), (~joint, straight, plain)):
-        here = kind & (missing | limited(way, speed, sim, slow, asked, law))
-        if here.any():
-            sure, leading = (start & end)[here], pace.leading[rows][here]
-            slow[here] = inferred(
-                way[here], speed[here], sim[here], sure, resolution, law, slow[here], leading
-            )
+    missing = ~np.isfinite(slow) | (joint & (pace.axes is None))
+    stopped = np.where(moving & (waits | stopping), np.where(joint, turning.stop, straight.stop), 0.0)
+    simulated = simulated._replace(
+        speed=speed, slow=np.where(lines, stronger * slow, slow), sim=sim - stopped
+    )
+    slow = _accelerations(judged, simulated, missing, straight, turning)
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
@@ -656,42 +639,75 @@ def _by_law(
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
-    rounded = lines & ~(start & end)
-    if (by_corners and rounded.any()) or (
-        missing[lines].all() and lines.any() and not plain.any() and not joint.any()
-    ):
-        alone = missing[lines].all()
-        ramps = np.where(lines & alone, 1.0, slow)
-        alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends.before)
-        alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps)).take(
-            np.flatnonzero(lines)
-        )
-        told = told_at_corners(alike, sim[lines], start[lines], end[lines], not alone)
-        slow = np.where(lines, told.slow * ramps, slow)
-        beside = np.where(lines, told.beside(start, end), 0.0)
-        sim, stopped = sim - beside, stopped + beside
+    told_by_none = bool(missing[lines].all() and lines.any() and not plain.any() and not joint.any())
+    if (by_corners and simulated.rounded.any()) or told_by_none:
+        slow, beside = _by_corners_of_lines(judged, simulated, whole, slow, bool(missing[lines].all()))
+        simulated, stopped = simulated._replace(sim=simulated.sim - beside), stopped + beside
         whole = whole.with_(accelerate=slow, decelerate=slow)
-    whole = _opened(whole, moves, rows, ends.before)
-    corners = _corners(moves, pace, rows, ends.before, slow)
+    found = _cornered(judged, simulated, whole, missing)
+    off = np.abs(found.duration() - simulated.sim)
+    at_lines, everywhere = (
+        float(np.mean(off[some])) if some.any() else 0.0
+        for some in (simulated.rounded, moving & ~(start & end))
+    )
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
-    # What no move between stops tells of joint moves, the law of the lines' corners does.
-    unknown = joint & missing & ~(joint & start & end).any() & (rounded.sum() >= FEWEST)
-    found = cornered(whole.with_(corners=corners), sim, ~unknown)
-    shared = _by_share_of_the_way(whole.with_(corners=corners), pace, rows, ends.before)
+    found = found.with_(added=times.stop[rows] + stopped)
+    stretch = 1.0 / faster if stretched else 1.0
+    return _SimulatedMotion(found, stretch, at_lines, everywhere, straight, turning, tuple(notes))
+
+
+def _accelerations(
+    judged: _Judged,
+    simulated: _SimulatedRows,
+    missing: Mask,
+    straight: SimulatedRamps,
+    turning: SimulatedRamps,
+) -> Floats:
+    """(n,) [m/s² | rad/s²] with which lines and joint moves, by the laws of their ramps, take the simulated times; the
+    known ones but where these are `missing` (n,) or the simulation is slower than they are."""
+    way, speed, slow, sim, start, end, _, joint, _ = simulated
+    slow, plain = slow.copy(), start & end
+    read = joint & plain & (judged.pace.axes is not None)
+    for kind, law, asked in ((joint, turning, read), (~joint, straight, simulated.plain)):
+        here = kind & (missing | limited(way, speed, sim, slow, asked, law))
+        if here.any():
+            leading = judged.pace.leading[judged.rows][here]
+            columns = way[here], speed[here], sim[here], plain[here]
+            slow[here] = inferred(*columns, judged.resolution, law, slow[here], leading)
+    return slow
+
+
+def _by_corners_of_lines(
+    judged: _Judged, simulated: _SimulatedRows, whole: Motion, slow: Floats, alone: bool
+) -> tuple[Floats, Floats]:
+    """Accelerations (n,) [m/s²] that rounded corners tell of lines, and the time (n,) [s] that these take beside their
+    ramps; `alone`: no line has a known one."""
+    moves, rows, pace, _, ends, *_ = judged
+    lines, start, end = simulated.lines, simulated.start, simulated.end
+    ramps = np.where(lines & alone, 1.0, slow)
+    alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends.before)
+    alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps)).take(np.flatnonzero(lines))
+    told = told_at_corners(alike, simulated.sim[lines], start[lines], end[lines], not alone)
+    return np.where(lines, told.slow * ramps, slow), np.where(lines, told.beside(start, end), 0.0)
+
+
+def _cornered(judged: _Judged, simulated: _SimulatedRows, whole: Motion, missing: Mask) -> Motion:
+    """The motion with the law of corners that comes nearest to the simulated times. What no move between stops tells of
+    joint moves whose accelerations are `missing` (n,), the law of the lines' corners does."""
+    moves, rows, pace, _, ends, *_ = judged
+    joint, sim = simulated.joint, simulated.sim
+    plain = joint & simulated.start & simulated.end
+    unknown = joint & missing & ~plain.any() & (simulated.rounded.sum() >= FEWEST)
+    whole = _opened(whole, moves, rows, ends.before)
+    whole = whole.with_(corners=_corners(moves, pace, rows, ends.before, whole.accelerate))
+    found, shared = cornered(whole, sim, ~unknown), _by_share_of_the_way(whole, pace, rows, ends.before)
     if shared is not None:
         found = nearer_at_corners(found, cornered(shared, sim, ~unknown), sim, ~unknown)
     if unknown.any():
-        slow = np.where(unknown, as_long_as(found, sim), slow)
+        slow = np.where(unknown, as_long_as(found, sim), whole.accelerate)
         found = found.with_(accelerate=slow, decelerate=slow)
-    off = np.abs(found.duration() - sim)
-    at_lines, everywhere = (
-        float(np.mean(off[some])) if some.any() else 0.0 for some in (rounded, moving & ~(start & end))
-    )
-    stretch = 1.0 / faster if stretched else 1.0
-    return _SimulatedMotion(
-        found.with_(added=added + stopped), stretch, at_lines, everywhere, straight, turning, tuple(notes)
-    )
+    return found
 
 
 def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, plain: Mask) -> SimulatedRamps:

@@ -40,10 +40,8 @@ from olp.timing.physics._case import MeasuredMoves
 Floats = NDArray[np.float64]
 
 _ACCELERATION, _CLAMP = "acceleration", "speed-clamp"
-_KIND, _NOTHING = (
-    3,
-    1e-9,
-)  # digits of logarithms of ways and speeds of moves of one kind; [m, m/s] that are none
+_KIND = 3  # digits of logarithms of ways and speeds of moves of one kind
+_NOTHING = 1e-9  # [m, m/s] that are none
 _FEW_STEPS = 8  # of a fit that begins at what is the same law
 _BESIDE = 2  # names that are tried beside a plainer form
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
