@@ -3909,9 +3909,9 @@ def test_a_clock_that_nothing_starts_is_told():
     """KRL's `$TIMER[]` is one for all programs; RAPID's clock of the translation stands."""
     text = krl("WAIT FOR $IN[5] OR ($TIMER[1]>1000)")
     for target in ("rapid", "tp"):
-        assert any("nothing here starts" in loss.says for loss in losses(text, "krl", target))
+        assert any("no statement here starts" in loss.says for loss in losses(text, "krl", target))
     started = krl("$TIMER[1]=0", "$TIMER_STOP[1]=FALSE", "WAIT FOR $IN[5] OR ($TIMER[1]>1000)")
-    assert not any("nothing here starts" in loss.says for loss in losses(started, "krl", "rapid"))
+    assert not any("no statement here starts" in loss.says for loss in losses(started, "krl", "rapid"))
 
 
 def test_three_numbers_in_a_product_are_a_pos():

@@ -38,7 +38,7 @@ _STOPPED, _STARTED = 0, 1
 _STEPS: Final = "each controller counts a clock in steps of its own, of 1 to 12 ms"
 _ASKS: Final = "see that no other program uses these clocks, and set them to 0 before the first start"
 _UNSET: Final = (
-    "nothing here starts this clock, which another program may do: there it has to start the new one"
+    "no statement here starts this clock; if another program does, that program must start the new clock, too"
 )
 _OTHER_TIME: Final = "a clock that is set to another time than 0"
 _AHEAD: Final = "it starts at 0 there, and what is compared with it is later by as much"

@@ -102,7 +102,7 @@ def switching_fractions(program: st.Program, work: TranslationContext) -> st.Pro
     whole = WholeValues(program, work.registers) if found else None
     for name, s in found:
         if whole is not None and not whole.holds(name, s.value):
-            says = "a number that may be below 1, which leaves the signal off there: it is on unless it is 0"
+            says = "the number may be below 1: the source leaves the signal off then, here it is on unless it is 0"
             work.lose(s, Fate.APPROXIMATED, "value", says)
     return program
 

@@ -68,8 +68,8 @@ _HEAVY = (
 )
 
 _ROUNDED = (
-    "what remains is no more than the recorder's digits leave: moves that take one time are rounded alike, and go "
-    "together with columns by that"
+    "the remaining difference is no larger than rounding to the recorder's digits; moves that take the same time are "
+    "rounded by the same amount, so it can correlate with columns"
 )
 
 
