@@ -401,3 +401,37 @@ def test_names_like_that_of_a_missing_routine_are_looked_for_once(monkeypatch: p
     plan = plan_of(body)
     assert [one.code for one in plan.diagnostics] == ["I102", "I102"]
     assert sorted(asked) == ["PLACES", "PRODUCTS"]
+
+
+def test_a_helper_that_each_pass_sets_before_it_reads_it_does_not_keep_a_loop_going() -> None:
+    text = (
+        "DEF MAIN ( )\nDECL INT AT\nDECL INT STATE[300]\nSTATE[3]=0\nAGAIN:\nCHECK ( )\nAT=3\nIF STATE[AT]<>1 THEN\n"
+        "GOTO AGAIN\nENDIF\nEND\n"
+        "DEF CHECK ( )\nDECL INT AT\nAT=5\nAT=6\nIF $IN[AT] THEN\nAT=7\nENDIF\nEND\n"
+    )
+    plan = run(read_source(decode(text.encode(), "main.src")), max_steps=200)
+    assert not plan.stop_reason.startswith("stopped after"), plan.stop_reason
+
+
+@pytest.mark.parametrize(
+    "counts", ["AT=AT+1", "IF $IN[1] THEN\nAT=3\nENDIF\nN=N+1\nAT=N", "STATE[AT]=STATE[AT]+1\nN=3\nAT=N"]
+)
+def test_a_variable_that_carries_something_from_pass_to_pass_does(counts: str) -> None:
+    text = (
+        "DEF MAIN ( )\nDECL INT AT\nDECL INT N\nDECL INT STATE[300]\nSTATE[3]=0\nSTATE[9]=4\nAT=3\nN=3\nAGAIN:\n"
+        f"{counts}\nIF (STATE[AT]<4) AND (AT<9) THEN\nGOTO AGAIN\nENDIF\n"
+        "PTP {A1 5,A2 -90,A3 90,A4 0,A5 0,A6 0}\nEND\n"
+    )
+    plan = run(read_source(decode(text.encode(), "main.src")), max_steps=2000)
+    assert len(plan.moves) == 1, plan.stop_reason
+
+
+def test_other_elements_of_an_array_do_not_keep_a_main_loop_going() -> None:
+    move = "PTP {A1 5,A2 -90,A3 90,A4 0,A5 0,A6 0}\n"
+    text = (
+        "DEF MAIN ( )\nDECL REAL R[300]\nR[1]=0\nR[6]=1\nAGAIN:\n"
+        f"{move}R[6]=2\nR[7]=3\nR[6]=5\nIF R[1]<>1 THEN\nGOTO AGAIN\nENDIF\nEND\n"
+    )
+    plan = run(read_source(decode(text.encode(), "main.src")), max_steps=200)
+    assert len(plan.moves) == 1
+    assert not plan.stop_reason.startswith("stopped after"), plan.stop_reason

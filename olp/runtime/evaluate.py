@@ -20,6 +20,7 @@ from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import (
     INTEGERS,
     RANGES,
+    WHOLE,
     Array,
     PositionValue,
     Record,
@@ -541,10 +542,12 @@ def write_name(m: Machine, name: str, value: Value) -> None:
     slot.value = held
 
 
-def note_change(m: Machine, name: str) -> None:
-    """Keeps that a named variable has changed, for loops that wait for it."""
+def note_change(m: Machine, name: str, element: int | None = None) -> None:
+    """Keeps that a named variable has changed, for loops that wait for it: one element (from 1), or None for all."""
     m.memory.stamp += 1
-    m.memory.changed[("name:" + name.casefold(), 0)] = m.memory.stamp
+    kind = "name:" + name.casefold()
+    m.memory.changed[(kind, 0)] = m.memory.stamp
+    m.memory.changed[(kind, WHOLE if element is None else element)] = m.memory.stamp
 
 
 def fitted(type_: str, value: Value) -> Value:

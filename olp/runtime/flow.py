@@ -760,7 +760,10 @@ def _touched(m: Machine, about: Region, entry: LoopEntry) -> bool:
     """Whether something that decides was given another value since the head, whatever it holds now."""
     changed = m.memory.changed
     for kind, index, local in about.reads:
-        if index is None:
+        if (elements := about.elements.get(kind)) is not None:
+            if any(changed.get((kind, at), 0) > entry.stamp for at in elements):
+                return True
+        elif index is None:
             if any(known == kind and stamp > entry.stamp for (known, _), stamp in changed.items()):
                 return True
         elif changed.get((kind, -1 - index if local else index), 0) > entry.stamp:

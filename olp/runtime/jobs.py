@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,10 +18,11 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.points import PointTable
+from olp.ir.transformer import expressions_of
 from olp.languages.vendor import Vendor, find_vendor
 from olp.runtime.end_actions import with_end_actions
 from olp.runtime.folder import files_by_name_record, files_by_stem, lower_case_cached, read_cached
-from olp.runtime.memory import Scope
+from olp.runtime.memory import WHOLE, Scope
 from olp.runtime.raised import with_raised
 
 
@@ -29,11 +31,13 @@ class Region:
     """The statements between the head of a loop and the way back to it.
 
     `exits`: indices of statements that leave it. `reads`: (kind or bus, index, local) of all variables and signals
-    that decide whether it is left or goes on; index None when it is computed.
+    that decide whether it is left or goes on; index None when it is computed. `elements`: of arrays by name of which
+    the region only reads these.
     """
 
     exits: tuple[int, ...]
     reads: frozenset[tuple[str, int | None, bool]]
+    elements: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
 
 def region(body: tuple[st.Statement, ...], flow: ControlFlow, first: int, last: int) -> Region:
@@ -52,11 +56,102 @@ def region(body: tuple[st.Statement, ...], flow: ControlFlow, first: int, last: 
             c for i in range(first, index) if _skips(body[i], flow, i, index) for c in _conditions(body[i])
         )
     reads = {read for condition in deciding for read in reads_of(condition)}
+    anew: dict[Read, set[Read] | None] = {}
     size = 0
     while reads and len(reads) > size:
         size = len(reads)
-        reads |= _behind(body, flow, range(first, last), reads)
-    return Region(exits, frozenset(reads - _copies(body[first:last])))
+        anew |= {read: _set_anew(read, body, flow, first, last) for read in reads - anew.keys()}
+        reads |= _behind(body, flow, range(first, last), {read for read in reads if anew.get(read) is None})
+        reads |= {source for read in reads for source in anew.get(read) or ()}
+    helpers = {read for read in reads if anew.get(read) is not None}
+    reads -= helpers | _copies(body[first:last])
+    return Region(exits, frozenset(reads), _elements(body[first : last + 1], reads))
+
+
+def _elements(body: Sequence[st.Statement], reads: set[Read]) -> dict[str, tuple[int, ...]]:
+    """Of each named array of `reads` what `body` reads of it (and WHOLE), where that is elements by literal indices."""
+    wanted = {kind for kind, _, _ in reads if not isinstance(kind, ex.Store) and kind.startswith("name:")}
+    read = [e for s in body if wanted and not isinstance(s, st.Comment) for e in _asked_by(s)]
+    names = Counter(f"name:{e.name.casefold()}" for e in read if isinstance(e, ex.Named))
+    items: dict[str, list[int]] = defaultdict(list)
+    for e in read:
+        if isinstance(e, ex.Item) and isinstance(e.base, ex.Named) and len(e.indices) == 1:
+            index = e.indices[0]
+            if isinstance(index, ex.Number):
+                items[f"name:{e.base.name.casefold()}"].append(int(index.value))
+    return {
+        kind: (WHOLE, *dict.fromkeys(items[kind])) for kind in wanted if 0 < names[kind] == len(items[kind])
+    }
+
+
+def _asked_by(s: st.Statement) -> list[ex.Expression]:
+    """The expressions whose values a statement needs: all but an element of an array that it sets."""
+    if isinstance(s, st.Assign) and isinstance(s.target, ex.Item) and isinstance(s.target.base, ex.Named):
+        return [e for part in (*s.target.indices, s.value) for e in expressions_of(part)]
+    return expressions_of(s)
+
+
+def _set_anew(
+    read: Read, body: tuple[st.Statement, ...], flow: ControlFlow, first: int, last: int
+) -> set[Read] | None:
+    """What a routine's own variable is set from where every pass of a loop sets it before it reads it; else None.
+
+    That decides in its place. Such are the helpers in which a translation computes an index.
+    """
+    if not any(isinstance(s, st.Declare) and f"name:{s.name.casefold()}" == read[0] for s in body):
+        return None
+    inside = [(i, _spellings(body[i], read)) for i in range(first, last + 1)]
+    touching = [i for i, spelt in inside if spelt]
+    if len({name for _, spelt in inside for name in spelt}) != 1 or not _is_always_met(
+        touching[0], body, flow, first
+    ):
+        return None
+    sources: set[Read] = set()
+    for i in touching:
+        s = body[i]
+        if any(isinstance(e, ex.CallValue) for e in expressions_of(s)):
+            return None  # it may set the variable, too
+        if isinstance(s, st.Assign) and isinstance(s.target, ex.Named) and read in reads_of(s.target):
+            sources |= set(reads_of(s.value))
+            if (i == touching[0] and read in sources) or any(map(_is_controllers, expressions_of(s.value))):
+                return None
+        elif i == touching[0] or not _only_asks(s):
+            return None
+    return sources - {read}
+
+
+def _is_controllers(e: ex.Expression) -> bool:
+    """Whether only the controller knows a value, which may be another each time: where the arm is, a clock."""
+    return isinstance(e, ex.SystemValue) or (
+        isinstance(e, ex.Function) and (e.name == "timer" or not e.arguments)
+    )
+
+
+def _is_always_met(index: int, body: tuple[st.Statement, ...], flow: ControlFlow, first: int) -> bool:
+    """Whether each pass of the loop with its head at `first` runs the statement, unless it leaves the loop before."""
+    return not any(isinstance(s, (st.Jump, st.Continue)) for s in body[first:index]) and not any(
+        first < opener < index < end for opener, end in flow.end.items() if flow.opener.get(opener) == opener
+    )
+
+
+def _only_asks(s: st.Statement) -> bool:
+    """Whether a statement that names a variable cannot change it."""
+    if isinstance(s, (st.Jump, st.Return)):
+        return s.condition is not None
+    if isinstance(s, st.Assign):
+        return not isinstance(s.target, ex.Named)
+    return isinstance(s, (st.If, st.ElseIf, st.While, st.Until, st.Switch, st.Case, st.SetOutput, st.Wait))
+
+
+def _spellings(s: st.Statement, read: Read) -> set[str]:
+    """How a statement calls the variable, where it names it."""
+    if isinstance(s, st.Declare) and f"name:{s.name.casefold()}" == read[0]:
+        return {s.name, ""}  # it comes into being inside the loop
+    return {
+        e.name
+        for e in expressions_of(s)
+        if isinstance(e, ex.Named) and f"name:{e.name.casefold()}" == read[0]
+    }
 
 
 def _copies(body: Sequence[st.Statement]) -> set[Read]:

@@ -76,6 +76,7 @@ RANGES: Mapping[Store, tuple[int, int]] = {
     Store.DOUBLE: (-(2**31), 2**31 - 1),
 }
 INTEGERS = frozenset(RANGES)
+WHOLE = -1  # of a named variable, see `Memory.changed`
 ACTIVE = "active"  # the frame of a pose that is meant in the frame active at the move
 EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
 
@@ -84,7 +85,8 @@ EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
 class Memory:
     """Global variables and signals. `stamp` counts changes.
 
-    `changed`: (kind or bus, index) -> stamp of the last change by the program; a local variable n counts as -1 - n.
+    `changed`: (kind or bus, index) -> stamp of the last change by the program; a local variable n counts as -1 - n. A
+    name has 0 for any change, WHOLE for one that was not of a single element, and the indices of its elements.
     `assumed`: variables that are zero because nothing gave them a value.
     """
 

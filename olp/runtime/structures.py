@@ -215,7 +215,7 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
             raise StatementError("I223", says, "check the index")
         new = copied(value)
         if held.items[last - 1] != new:
-            _changed(m, target.base)
+            _changed(m, target.base, None if before else last)
         held.items[last - 1] = new
     elif isinstance(held, PositionValue) and not before and 1 <= last <= len(held.values):
         if not isinstance(value, (int, float)):
@@ -311,9 +311,9 @@ def _replaced(old: PositionValue, index: int, value: float) -> PositionValue:
     return old._replace(values=tuple(values))
 
 
-def _changed(m: Machine, target: Expression) -> None:
-    """Tells the loops that wait for it which variable has changed inside."""
+def _changed(m: Machine, target: Expression, element: int | None = None) -> None:
+    """Tells the loops that wait for it which variable has changed inside; `element`: only that one of `target`."""
     while isinstance(target, (Item, Member)):
-        target = target.base
+        target, element = target.base, None
     if isinstance(target, Named):
-        note_change(m, target.name)
+        note_change(m, target.name, element)
