@@ -306,3 +306,50 @@ def test_an_angle_that_is_computed_is_one_of_the_inverse(tmp_path: Path, target:
     plan = run_converted(made, target, robot, found)
     for ours, right in zip(poses(plan), poses(found.plan(robot)), strict=True):
         np.testing.assert_allclose(ours, right, atol=2e-5)
+
+
+GRAB = """<Programs>
+<Program name="grab">
+<Parameters>
+<Parameter name="x_p" type="pointRx" xsi:type="element" use="value" />
+<Parameter name="x_tool" type="tool" xsi:type="element" use="reference" />
+</Parameters>
+<Code><![CDATA[begin
+movel(appro(x_p,{0,0,-5,0,0,0}),x_tool,free)
+movel(x_p,x_tool,still)
+end]]></Code>
+</Program>
+</Programs>
+"""
+
+
+def test_a_point_that_is_handed_over_stands_in_its_frame(tmp_path: Path) -> None:
+    """q's second point stands in the world, p's in f, which stands in g: [20, 5, 0] there is [95, 20, 50]."""
+    (tmp_path / "grab.pgx").write_text(GRAB)
+    head = '<Locals><Local name="t" type="tool" xsi:type="array" size="1" /></Locals>'
+    found = with_data(tmp_path, "call grab(p[1],t)", "call grab(q[1],t)", head=head)
+    (tmp_path / "data.dtx").write_text(
+        DATA.replace("</Datas>", '<Data name="free" type="mdesc" size="1"><Value key="0" /></Data></Datas>')
+    )
+    found = olp.read(tmp_path / "start.pgx")
+    plan = found.plan()
+    places = plan.positions.position[[plan.moves.target[1], plan.moves.target[3]]]
+    np.testing.assert_allclose(places, [[0.095, 0.02, 0.05], [0.02, 0, 0]], atol=1e-12)
+    made = convert(link(found).program, "rapid", Context(load_robot("staubli/tx2-60l"), on_loss="comment"))
+    written = made.files[made.main].decode()
+    assert "PROC grab(robtarget x_p,PERS tooldata x_tool,PERS wobjdata x_p_frame)" in written
+    assert "grab p{2},t,f;" in written
+    assert "grab q{2},t,wobj0;" in written
+    assert "bounded by vel alone" in str(made.translated.losses)
+
+
+def test_where_ways_join_a_point_stands_in_one_of_their_frames(tmp_path: Path) -> None:
+    head = '<Locals><Local name="l_p" type="pointRx" xsi:type="array" size="1" /></Locals>'
+    branch = ("if j.j1>0", "l_p=p[0]", "else", "l_p=q[1]", "endIf", "movel(l_p,flange,m)")
+    found = with_data(tmp_path, *branch, head=head)
+    assert codes(found) == ["P575"]
+    assert "several frames" in found.diagnostics[0].message
+    alike = ("if j.j1>0", "l_p=p[0]", "else", "l_p=q[0]", "endIf", "movel(l_p,flange,m)")
+    assert [one.frame for one in moves(with_data(tmp_path, *alike, head=head))] == [Named("f")]
+    loop = ("l_p=p[0]", "while j.j1>0", "movel(l_p,flange,m)", "l_p=q[1]", "endWhile")
+    assert "P577" in codes(with_data(tmp_path, *loop, head=head))

@@ -244,7 +244,9 @@ class _Joined:
     # By the file that names it, and the name there, case folded: its name in the whole
     renamed_routines: dict[tuple[int, str], str] = field(default_factory=dict)
     renamed_data: dict[tuple[int, str], str] = field(default_factory=dict)
-    errors: list[Diagnostic] = field(default_factory=list)  # of the routines of other files
+    found: list[Diagnostic] = field(
+        default_factory=list
+    )  # errors of the routines of other files, and what their reader has assumed
     borrowed: dict[str, str] = field(default_factory=dict)  # other files' own routines -> path
     public: dict[str, str] = field(
         default_factory=dict
@@ -262,7 +264,7 @@ class _Joined:
         source = Source(program.source.path, program.source.raw, program.source.encoding, tuple(self.lines))
         main = program.main or (program.routines[0].name if program.routines else "")
         routines, data = self._respelt()
-        found = (*program.diagnostics, *self.errors)
+        found = (*program.diagnostics, *self.found)
         joined = replace(program, source=source, routines=routines, data=data, main=main, diagnostics=found)
         borrowed = tuple(self.borrowed.items())
         return Linked(_as_called(joined, self.plainly), tuple(self.parts), borrowed)
@@ -326,7 +328,7 @@ class _Joined:
                 routine = replace(routine, name=new, starts=(job.source, found.name.casefold()) in starts)
                 self.routines.append(routine)
                 self.sources[id(routine.body)] = job.source
-                self.errors += self._errors_of(found, other)
+                self.found += self._found_in(found, other)
             if names[id(found)] != found.name:
                 self.renamed_routines[(source, name.casefold())] = names[id(found)]
         self._add_layouts()
@@ -340,12 +342,15 @@ class _Joined:
                 for r in self.routines
             ]
 
-    def _errors_of(self, routine: st.Routine, other: st.Program) -> list[Diagnostic]:
-        """What is wrong in the text of a routine of another file, at its line in the whole."""
+    def _found_in(self, routine: st.Routine, other: st.Program) -> list[Diagnostic]:
+        """What is wrong or assumed in the text of a routine of another file, at its line in the whole."""
+        assumed = conventions_of(other.vendor).assumed_codes
         return [
             replace(d, line=d.line + self.offsets[id(other)], file="")
-            for d in errors(other.diagnostics)
-            if d.file in ("", other.path) and owner(other.routines, d.line) is routine
+            for d in other.diagnostics
+            if (d.is_error or d.code in assumed)
+            and d.file in ("", other.path)
+            and owner(other.routines, d.line) is routine
         ]
 
     def _add_layouts(self) -> None:

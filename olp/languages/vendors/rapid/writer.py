@@ -58,6 +58,9 @@ def write(program: st.Program, date: str) -> tuple[dict[str, object], list[Diagn
     return RapidWriter(program).written()
 
 
+_PERSISTENT: Final = ("tooldata", "wobjdata")  # a move takes none that its routine was handed as a copy
+
+
 class RapidWriter(RapidStatements):
     """Writes modules."""
 
@@ -230,8 +233,10 @@ class RapidWriter(RapidStatements):
             native = one.native.removeprefix("| ") if self.own and one.native else ""
             word, _, stars = native.partition("{")
             if not word:
-                passing = "INOUT " if one.by_reference else ""
-                word = passing + ("switch" if one.switch else self._parameter_type(one))
+                kind = "switch" if one.switch else self._parameter_type(one)
+                placed = kind in _PERSISTENT and not one.sizes
+                passing = "PERS " if placed else "INOUT " if one.by_reference else ""
+                word = passing + kind
                 stars = ",".join("*" * len(one.sizes)) + "}" if one.sizes else ""
             mark = "\\" if one.optional and not instead else ""
             separator = " | " if instead else "," if text else ""

@@ -55,6 +55,7 @@ class Val3Declarations:
     fathers: dict[str, str] = field(default_factory=dict)
     outputs: set[str] = field(default_factory=set)
     unbounded: set[str] = field(default_factory=set)
+    path: str = ""  # of the program
 
 
 def tags(source: Source) -> Iterator[XmlTag]:
@@ -214,7 +215,7 @@ def know(known: Val3Declarations, data: list[Datum]) -> None:
 
 def beside(path: str) -> Val3Declarations:
     """What the .dtx files in a program's folder say; nothing where there is no folder."""
-    known = Val3Declarations()
+    known = Val3Declarations(path=path)
     if not path:
         return known
     try:
@@ -226,6 +227,51 @@ def beside(path: str) -> Val3Declarations:
     except OSError:
         return known
     return known
+
+
+_USES_FRAMES = re.compile(r"\b(?:move[jlc]|compose)\s*\(|\bcall\b")
+
+
+def frame_of(point: str) -> str:
+    """The parameter that says in which frame a point stands that a program is handed: it comes from its caller."""
+    return f"{point}_frame"
+
+
+def handed_points(source: Source) -> tuple[tuple[int, str], ...]:
+    """The places, from 0, and names of the parameters that are points, in a program that moves to any."""
+    if not any(_USES_FRAMES.search(line) for line in source.lines):
+        return ()
+    names = [(one.attributes["name"], one) for one in tags(source) if is_parameter(one)]
+    return tuple((at, name) for at, (name, one) in enumerate(names) if is_handed_point(one))
+
+
+def is_parameter(tag: XmlTag) -> bool:
+    return tag.name.lower() == "parameter" and not tag.closes and bool(tag.attributes.get("name"))
+
+
+def is_handed_point(tag: XmlTag) -> bool:
+    """Whether a parameter is one point; the points of an array may stand in different frames."""
+    kind = tag.attributes.get("type", "")
+    return kind.startswith("point") and tag.attributes.get("xsi:type") != "array"
+
+
+def points_of_call(known: Val3Declarations, routine: str) -> tuple[int, ...]:
+    """The places of the arguments whose frames a program takes besides, by its file beside the calling one."""
+    if not known.path or not re.fullmatch(r"\w{1,80}", routine):
+        return ()
+    file = Path(known.path).parent / f"{routine}.pgx"
+    try:
+        status = file.stat()
+        if status.st_size > _MOST_BYTES:
+            return ()
+        return tuple(at for at, _ in _cached_points(str(file), status.st_mtime_ns, status.st_size))
+    except OSError:
+        return ()
+
+
+@lru_cache(maxsize=256)
+def _cached_points(path: str, _time: int, _size: int) -> tuple[tuple[int, str], ...]:
+    return handed_points(load(path))
 
 
 def structures(path: str, wanted: set[str]) -> list[Declare]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from html import unescape
 from typing import Any, Final, NamedTuple
 
@@ -38,7 +39,10 @@ from olp.languages.vendors.val3.data import (
     XmlTag,
     beside,
     declarations,
+    frame_of,
+    handed_points,
     named,
+    points_of_call,
     read_data,
     structures,
     tags,
@@ -87,6 +91,9 @@ class _Val3File:
     def __init__(self, findings: Findings) -> None:
         self.findings, self.kinds = findings, findings.kinds
         self.known = beside(findings.source.path)
+        self.handed = [
+            name for _, name in handed_points(findings.source)
+        ]  # points that come with their frames
         for line in findings.source.lines:
             self.known.outputs.update(_SET_SIGNAL.findall(line))
             self.known.unbounded.difference_update(_SET_SPEED.findall(line))
@@ -122,6 +129,7 @@ class _Val3File:
             dict(self.known.fathers),
             self.known.outputs,
             set(self.known.unbounded),
+            self.known.path,
         )
         for tag in _variables(head):
             name = tag.attributes["name"]
@@ -133,6 +141,8 @@ class _Val3File:
                 tag.name.lower() == "parameter" and tag.attributes.get("xsi:type") == "array"
             ):
                 known.arrays.add(name)
+            if name in self.handed and tag.name.lower() == "parameter":
+                known.fathers[name] = f"{frame_of(name)}[0]"
         return known
 
     def _code(self, body: _Val3Body, opened: re.Match[str], number: int) -> int:
@@ -175,6 +185,9 @@ class _Val3File:
                 parameters.append(st.Parameter(tag.attributes["name"], type_, by_reference=by_reference))
             else:
                 local.append(_declared(tag))
+        parameters += [
+            st.Parameter(frame_of(one.name), "frame") for one in parameters if one.name in self.handed
+        ]
         line = program.line if program else 1
         return st.Routine(
             name or "program",
@@ -195,6 +208,7 @@ class _Val3Body:
         self.parser = LineParser(findings, "val3", self.rules, _CODES, _KNOWN, _MOVES)
         self.body: list[st.Statement] = []
         self.open: list[type] = []
+        self.blocks: list[FramesOfBlock] = []
 
     def line(self, text: str, number: int) -> None:
         code, comment = _parted(text)
@@ -219,6 +233,7 @@ class _Val3Body:
             self.open.append(type(one))
         elif isinstance(one, (st.EndWhile, st.Next, st.Until, st.EndSwitch)) and self.open:
             self.open.pop()
+        self._follow_frames(one, number)
         if isinstance(one, st.Move):
             self._tell_queue(number)
             if self.rules.frameless:
@@ -226,6 +241,31 @@ class _Val3Body:
             if self.rules.unbounded:
                 self._tell_unbounded(number)
         self.body.append(one)
+
+    def _follow_frames(self, one: Any, number: int) -> None:
+        """Where ways join, a point stands in the frame that it has on all of them, or in one of several."""
+        fathers = self.rules.known.fathers
+        if isinstance(one, _OPENS):
+            loop = not isinstance(one, (st.If, st.Switch))
+            self.blocks.append(FramesOfBlock(dict(fathers), loop, len(self.rules.framed)))
+        elif self.blocks and isinstance(one, (st.ElseIf, st.Else, st.Case, st.Default)):
+            self.blocks[-1].leave(fathers, self.body)
+            self.blocks[-1].complete |= isinstance(one, (st.Else, st.Default))
+            fathers.clear()
+            fathers.update(self.blocks[-1].before)
+        elif self.blocks and isinstance(one, _CLOSES):
+            block = self.blocks.pop()
+            block.leave(fathers, self.body)
+            joined = block.joined()
+            changed = {name for name in joined if joined[name] != block.before.get(name, joined[name])}
+            if block.loop and changed & set(self.rules.framed[block.asked :]):
+                message = "a point stands in another frame when the loop comes round: that of the first round is taken"
+                help = "give each frame a point of its own"
+                self.findings.once(
+                    Severity.WARNING, "P577", "loop", message, self.findings.whole_line(number), help
+                )
+            fathers.clear()
+            fathers.update(joined)
 
     def _tell_queue(self, number: int) -> None:
         message = "moves are queued: what stands behind one is read as done after it"
@@ -380,6 +420,36 @@ def _turns(angle: ex.Expression) -> bool:
     return angle != ex.Number(0)
 
 
+_OPENS: Final = (st.If, st.While, st.For, st.Repeat, st.Switch)
+_CLOSES: Final = (st.EndIf, st.EndWhile, st.Next, st.Until, st.EndSwitch)
+
+
+@dataclass(slots=True)
+class FramesOfBlock:
+    """In which frames points stand where a block begins, and where its ways end: `outcomes`.
+
+    `asked`: how many points had been asked for their frame before it; `complete`: one of its ways is always gone.
+    """
+
+    before: dict[str, str]
+    loop: bool
+    asked: int
+    complete: bool = False
+    outcomes: list[dict[str, str]] = field(default_factory=list)
+
+    def leave(self, fathers: Mapping[str, str], body: Sequence[st.Statement]) -> None:
+        if body and isinstance(body[-1], st.Switch):  # nothing stands before the first case
+            return
+        if not (body and isinstance(body[-1], st.Return)):
+            self.outcomes.append(dict(fathers))
+
+    def joined(self) -> dict[str, str]:
+        ways = self.outcomes if self.complete and self.outcomes else [*self.outcomes, self.before]
+        names = {name for way in ways for name in way}
+        found = {name: {way.get(name, "") for way in ways} for name in names}
+        return {name: next(iter(one)) if len(one) == 1 else MIXED for name, one in found.items()}
+
+
 class Leave(NamedTuple):
     """break: leaves a loop, or ends a case."""
 
@@ -392,6 +462,7 @@ class Val3Rules(BlockRules):
         self.known = known
         self.unbounded = False  # a path was bounded by nothing but a share of the axes' speeds
         self.frameless = False  # a move went to a point of which nobody says the frame
+        self.framed: list[str] = []  # points that moves and calls go by, in their order
         self.made: dict[
             ex.Expression, str
         ] = {}  # points that functions return -> the frame that they stand in
@@ -582,7 +653,10 @@ class Val3Rules(BlockRules):
             if isinstance(index, ex.Number) and (own := self.known.fathers.get(f"{name}[{index.value - 1}]")):
                 return own
             return self.known.fathers.get(name, "")
-        return self.known.fathers.get(point.name, "") if isinstance(point, ex.Named) else ""
+        if not isinstance(point, ex.Named):
+            return ""
+        self.framed.append(point.name)
+        return self.known.fathers.get(point.name, "")
 
     def _frame(self, point: ex.Expression) -> ex.Expression:
         if isinstance(point, ex.Function) and point.name == "forward":
@@ -591,7 +665,7 @@ class Val3Rules(BlockRules):
             return ex.FrameRef("base")
         father = self._father(point)
         if father == MIXED:
-            raise NotModelledError("it goes to a point of an array whose points stand in different frames")
+            raise NotModelledError("it goes to a point that may stand in one of several frames")
         if not father and not isinstance(point, ex.SystemValue):
             self.frameless = True
         return ex.FrameRef("base") if father in ("", WORLD) else named(father)
@@ -625,7 +699,10 @@ class Val3Rules(BlockRules):
             self.known.fathers[name] = father
 
     def call(self, children: list[Any]) -> st.Call:
-        return st.Call(0, str(children[0]), tuple(children[1] or ()))
+        """A program takes the frame of each point that it is handed behind its arguments."""
+        name, arguments = str(children[0]), tuple(children[1] or ())
+        points = [arguments[at] for at in points_of_call(self.known, name) if at < len(arguments)]
+        return st.Call(0, name, (*arguments, *map(self._frame, points)))
 
     def task(self, children: list[Any]) -> st.StartTask:
         task = children[0].value if isinstance(children[0], ex.Text) else ""
