@@ -253,6 +253,8 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
             gather(speed, found)
         if blend is not None and blend.value is not None and type(blend.value.written) is not ex.Number:
             gather(blend, found)
+    elif kind is Move:
+        _gather_move(node, found)
     elif kind is ex.Function:
         for e in node.arguments:
             if type(e) in _LEAVES:
@@ -283,6 +285,34 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
                 gather(part, found)
         if kind in EXPRESSIONS:
             found.append(node)
+
+
+def _gather_move(s: Move, found: list[ex.Expression]) -> None:
+    """`gather` for any move, in the order of its fields: most have few beside target, speed and blend."""
+    for e in s.targets:
+        if type(e) in _LEAVES:
+            found.append(e)
+        else:
+            gather(e, found)
+    if (speed := s.speed) is not None and type(speed.value.written) is not ex.Number:
+        gather(speed.value.written, found)
+    if (
+        (blend := s.blend) is not None
+        and blend.value is not None
+        and type(blend.value.written) is not ex.Number
+    ):
+        gather(blend.value.written, found)
+    for part in (s.parts, s.acceleration, s.deceleration, s.relative, s.search, s.until):
+        if part:
+            gather(part, found)
+    for _, e in s.other:
+        if type(e) in _LEAVES:
+            found.append(e)
+        else:
+            gather(e, found)
+    for part in (s.via, s.arc, s.rate, s.turn, s.tool, s.frame, s.offset, s.tool_offset, s.triggers):
+        if part:
+            gather(part, found)
 
 
 def _is_written_out(kind: type, node: Any) -> bool:

@@ -445,23 +445,34 @@ def _reachable(
     gain = np.where(end > start, 2 * up * length, 2 * down * length)
     if not np.any(np.abs(end**2 - start**2) > gain * (1 + 1e-9)):
         return speeds
-    entry, leave = (speeds.entry**2).tolist(), (speeds.exit**2).tolist()
-    brake, push = (2 * down * length).tolist(), (2 * up * length).tolist()
-    same = coupled.tolist()
-    following = 0.0
-    for i in range(len(entry) - 1, -1, -1):
-        most = following + brake[i + 1]
-        if most < leave[i]:
-            leave[i] = most
-        if same[i]:
-            entry[i] = leave[i] = min(entry[i], leave[i])
-        following = entry[i]
-    previous = 0.0
-    for i in range(len(entry)):
-        most = previous + push[i]
-        if most < entry[i]:
-            entry[i] = most
-        if same[i]:
-            entry[i] = leave[i] = min(entry[i], leave[i])
-        previous = leave[i]
-    return Speeds(np.sqrt(np.array(entry)), np.sqrt(np.array(leave)))
+    entry, leave = speeds.entry**2, speeds.exit**2
+    entry[coupled] = leave[coupled] = np.where(leave < entry, leave, entry)[coupled]
+    brake, push = 2 * down[1:] * length[1:], 2 * up[:-1] * length[:-1]
+    _lower(leave[::-1], entry[::-1], brake[::-1], coupled[::-1])
+    _lower(entry, leave, push, coupled)
+    return Speeds(np.sqrt(entry), np.sqrt(leave))
+
+
+def _lower(reached: Floats, left: Floats, gain: Floats, coupled: NDArray[np.bool_]) -> None:
+    """Lowers the squares of speeds, in place, until each one is reached from the corner before it.
+
+    `reached` (n - 1,) and `left` are those on the side of a corner that is met first and on its other side, `gain` what
+    they may grow by on the way there; the first way begins at rest. Only corners that are too fast, and those behind
+    them, are looked at one by one.
+    """
+    too_fast = np.nonzero(reached > np.append(0.0, left[:-1]) + gain)[0]
+    if not len(too_fast):
+        return
+    done = -1
+    grows, both = gain.tolist(), coupled.tolist()
+    for first in too_fast.tolist():
+        if first < done:
+            continue  # what was lowered before it went on as far as here
+        at, before = first, float(left[first - 1]) if first else 0.0
+        while at < len(grows) and (most := before + grows[at]) < reached[at]:
+            reached[at] = most
+            if both[at]:
+                left[at] = most
+            before = float(left[at])
+            at += 1
+        done = at
