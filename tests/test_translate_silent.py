@@ -4002,3 +4002,83 @@ def test_a_path_of_val3_that_only_its_axes_bound_has_no_speed_of_a_hundred_metre
     text = made.files[made.main].decode()
     assert "v=0.3" in text
     assert "v=99.999" not in text
+
+
+AS_TABLES = """.TRANS
+grip 12.5 -8.25 187.4 30 15 0
+table 850.5 -210.25 305.75 -113 2.7 146.3
+pick 110.5 45.25 20.125 -176 176 24
+.END
+.JOINTS
+#start 5.5 -12.25 18.75 3.5 -47.25 21
+.END
+"""
+
+
+def kawasaki(*lines, more=""):
+    return ".PROGRAM main()\n" + "".join(f"{line}\n" for line in lines) + f".END\n{more}{AS_TABLES}"
+
+
+@pytest.mark.parametrize(
+    ("line", "move"),
+    [("POINT #j = pick", "JMOVE #j"), ("POINT q = #start", "LMOVE q"), ("POINT #j = #start", "JMOVE #j")],
+)
+def test_axis_values_of_a_place_are_computed_with_the_tool_and_base_of_now(line, move):
+    """A place in a variable of axis values, or the other way round: the base that holds for the move is another one."""
+    text = kawasaki("TOOL grip", "BASE table", line, "BASE NULL", "TOOL NULL", move)
+    for target in ("krl", "rapid", "tp", "urscript", "inform"):
+        left = [loss for loss in losses(text, "as", target) if loss.leaves_out]
+        assert bool(left) is ("#j = #" not in line), target
+
+
+def test_where_the_arm_stands_needs_no_kinematics():
+    text = translated(kawasaki("POINT #n = HERE", "d = DX(HERE)", "JMOVE #n"), "as", "krl")
+    assert "_n=$AXIS_ACT" in text
+    assert "d=$POS_ACT.X" in text
+
+
+def test_an_approach_to_axis_values_is_none_to_a_pose():
+    """`LIN _start:{Z -20}` of an E6AXIS, `RelTool` of a jointtarget: no compiler takes them."""
+    text = kawasaki("LAPPRO #start,20")
+    assert "RelTool(CalcRobT(" in translated(text, "as", "rapid")
+    assert "get_forward_kin(" in translated(text, "as", "urscript")
+    assert any(loss.leaves_out for loss in losses(text, "as", "krl"))
+
+
+def test_a_distance_is_a_number():
+    text = translated(kawasaki("d = DISTANCE(pick,table)", "d = d+1"), "as", "krl")
+    assert "DECL REAL d" in text
+
+
+def test_a_signal_by_a_variable_that_a_called_program_changes_has_no_fixed_number():
+    more = ".PROGRAM sub(.a)\n.a = .a+3\n.END\n.PROGRAM show(.a)\nPRINT .a\n.END\n"
+    text = kawasaki(".x = 5", ".y = 6", "CALL sub(.x)", "CALL show(.y)", "SIGNAL .x", "SIGNAL .y", more=more)
+    written = translated(text, "as", "krl")
+    assert "$OUT[5]" not in written
+    assert "$OUT[6]=TRUE" in written
+
+
+def test_a_variable_in_brackets_is_handed_over_as_a_copy():
+    more = ".PROGRAM sub(.a)\n.a = .a+3\n.END\n"
+    left = [loss.line for loss in losses(kawasaki(".x = 5", "CALL sub((.x))", more=more), "as", "krl")]
+    assert 3 in left
+
+
+def test_functions_in_conditions_take_registers_and_numbers():
+    """Into TP, as in assignments; a loop computes them each time."""
+    lines = (
+        "n = BITS(1001,4)",
+        "IF SQRT(n*n+1)>4 THEN",
+        "SIGNAL 1",
+        "END",
+        "WHILE ABS(n-8)>3 DO",
+        "n = n+1",
+        "END",
+    )
+    text = translated(kawasaki(*lines), "as", "tp")
+    assert re.findall(r"(?:SQRT|ABS)\[([^\]]*)", text) == ["R[2:temp_real", "R[2:temp_real"]
+
+
+def test_jobs_name_signals_by_whole_numbers():
+    text = translated(kawasaki("n = BITS(1001,4)", "x = n/2", "SIGNAL x", "SIGNAL x+3"), "as", "inform")
+    assert re.findall(r"OT#\((.)", text) == ["D", "D"]

@@ -536,17 +536,23 @@ class Values:
 
     def _with_indices(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """The signals of an expression by numbers that stand in a variable."""
-        if not any(type(x) is ex.Signal and not isinstance(x.index, _PLAIN_INDEX) for x in expressions_of(e)):
+        if not any(type(x) is ex.Signal and not self._is_plain_index(x.index) for x in expressions_of(e)):
             return e
         return mapped(e, lambda x: self._signal(x, before) if type(x) is ex.Signal else x)
 
     def _signal(self, e: ex.Signal, before: list[st.Statement]) -> ex.Signal:
-        if isinstance(e.index, _PLAIN_INDEX):
+        if self._is_plain_index(e.index):
             return e
         kept = self.value(e.index, before, alone=True)
-        if not isinstance(kept, ex.Named):
+        if not isinstance(kept, ex.Named) or not self._is_plain_index(kept):
             kept = self._kept(kept, "integer", before)
         return replace(e, index=kept)
+
+    def _is_plain_index(self, e: ex.Expression) -> bool:
+        """Whether a signal can be named by it: jobs do by whole numbers, which have variables of their own there."""
+        if not isinstance(e, _PLAIN_INDEX):
+            return False
+        return not (self.simple and kind_of_value(self.symbols, self.routine, e) == "real")
 
     def _with_values(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         def change(x: ex.Expression) -> ex.Expression:
@@ -556,10 +562,16 @@ class Values:
                 return self._read(x, before)
             if computes_with_state(x):
                 return with_states(x, lambda signal: self._bit(signal, before))
-            return self.value(x, before, alone=True) if self._is_lone(x) else x
+            if self._is_lone(x):
+                return self.value(x, before, alone=True)
+            return self._function(x, before) if type(x) is ex.Function and _is_of_computed(x) else x
 
         if any(
-            type(x) is ex.CallValue or _asks_reading(x) or computes_with_state(x) or self._is_lone(x)
+            type(x) is ex.CallValue
+            or _asks_reading(x)
+            or computes_with_state(x)
+            or self._is_lone(x)
+            or (type(x) is ex.Function and _is_of_computed(x))
             for x in expressions_of(e)
         ):
             return mapped(e, change)
@@ -702,6 +714,11 @@ def _items_of(e: ex.Expression) -> int:
             return 1 + sum(map(_items_of, arguments))
         case _:
             return 1
+
+
+def _is_of_computed(e: ex.Function) -> bool:
+    """Whether a function of numbers has an argument that is computed: controllers take a variable or a number."""
+    return any(isinstance(a, (ex.Binary, ex.Unary, ex.Function, ex.Member)) for a in e.arguments)
 
 
 def _whole(e: ex.Expression) -> ex.Expression:
@@ -989,7 +1006,7 @@ class _Hoist(Values):
 
     def _statement(self, s: st.Statement) -> list[Node]:
         before: list[st.Statement] = []
-        if isinstance(s, (st.SetOutput, st.PulseOutput)) and not isinstance(s.signal.index, _PLAIN_INDEX):
+        if isinstance(s, (st.SetOutput, st.PulseOutput)) and not self._is_plain_index(s.signal.index):
             s = replace(s, signal=self._signal(s.signal, before))
             return [*before, *self._statement(s)]
         match s:

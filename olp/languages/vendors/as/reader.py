@@ -333,12 +333,13 @@ class _AsFile:
             return "real"
         if isinstance(value, ex.PositionLiteral):
             return "position" if value.kind == "pose" else "joints"
+        if isinstance(value, ex.Function) and value.name in _NUMERIC:
+            return "real"
         if isinstance(value, ex.Function) and value.name.startswith(("pose-", "forward")):
             return "position"
         if isinstance(value, ex.SystemValue) and value.name.startswith("current-"):
             return "position" if value.name == "current-pose" else "joints"
-        numeric = isinstance(value, ex.Function) and value.name in _NUMERIC
-        numeric = numeric or (isinstance(value, ex.Signal) and value.bus.endswith("-group"))
+        numeric = isinstance(value, ex.Signal) and value.bus.endswith("-group")
         numeric = numeric or (isinstance(value, ex.SystemValue) and value.name == "timer")
         return "real" if numeric or isinstance(value, (ex.Number, ex.Binary, ex.Unary)) else "variable"
 
@@ -417,6 +418,11 @@ class _SignalNumbers:
                 if target is not None:
                     value = s.value if isinstance(s, st.Assign) else None
                     self.values.setdefault(self._key(r, target), []).append(value)
+        changed = _changed_parameters(self.routines)
+        for r in self.routines:
+            for called, at, handed in _handed(r):
+                if (called, at) in changed:
+                    self.values.setdefault(self._key(r, handed), []).append(None)
         return [replace(r, body=tuple([self._statement(r, s) for s in r.body])) for r in self.routines]
 
     def _key(self, r: st.Routine, e: ex.Expression) -> tuple[str, str]:
@@ -469,6 +475,41 @@ class _SignalNumbers:
             if len(values) == 1 and all(isinstance(v, ex.Number) for v in self.values[self._key(r, e)]):
                 return ex.Number(int(values.pop()) - first)
         return ex.Binary("-", e, ex.Number(first)) if first else e
+
+
+def _handed(r: st.Routine) -> Iterator[tuple[str, int, ex.Expression]]:
+    """The variables that a program hands to others: the folded name of the other one, the place, the variable."""
+    for s in r.body:
+        if not isinstance(s, st.Call):
+            continue
+        for at, one in enumerate(s.arguments):
+            if isinstance(one, (ex.Named, ex.Item)):
+                yield s.routine.casefold(), at, one
+
+
+def _changed_parameters(routines: Sequence[st.Routine]) -> set[tuple[str, int]]:
+    """The parameters that programs of this file change, by their folded name and place, also through other programs."""
+    places = {
+        (r.name.casefold(), p.name.casefold()): (r.name.casefold(), at)
+        for r in routines
+        for at, p in enumerate(r.parameters)
+    }
+    found: set[tuple[str, int]] = set()
+    handed: list[tuple[tuple[str, int], tuple[str, int]]] = []
+    for r in routines:
+        own = r.name.casefold()
+        for s in r.body:
+            target = s.target if isinstance(s, st.Assign) else s.variable if isinstance(s, st.For) else None
+            base = target.base if isinstance(target, ex.Item) else target
+            if isinstance(base, ex.Named) and (own, base.name.casefold()) in places:
+                found.add(places[own, base.name.casefold()])
+        for called, at, one in _handed(r):
+            base = one.base if isinstance(one, ex.Item) else one
+            if isinstance(base, ex.Named) and (own, base.name.casefold()) in places:
+                handed.append((places[own, base.name.casefold()], (called, at)))
+    for _ in handed:
+        found.update(outer for outer, inner in handed if inner in found)
+    return found
 
 
 def _is_computed(e: ex.Signal) -> bool:

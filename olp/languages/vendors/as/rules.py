@@ -34,6 +34,7 @@ _FUNCTIONS: Final = {
 }  # fmt: skip
 _COORDINATES: Final = {"DX": "x", "DY": "y", "DZ": "z"}
 _HERE: Final = ex.SystemValue("current-pose")
+_HERE_AXES: Final = ex.SystemValue("current-joints")
 HYBRID: Final = "HMOVE"  # the tool's point goes along a line, while the wrist turns axis by axis
 _AXES: Final = 6
 HOMES: Final = ("#HOME", "#HOME2")  # where HOME 1 and HOME 2 go
@@ -82,12 +83,24 @@ class AsRules(BlockRules):
 
     settled_by: Hashable = True
 
+    def __init__(self) -> None:
+        super().__init__()
+        self._enclosed: list[ex.Expression] = []  # values of this line that stand in brackets
+
+    def enclosed(self, children: list[Any]) -> ex.Expression:
+        value: ex.Expression = children[0]
+        self._enclosed.append(value)
+        return value
+
     def item(self, children: list[Any]) -> ex.Expression:
         return ex.Item(ex.Named(self.spelled(str(children[0]))), tuple(map(from_zero, children[1])))
 
     def name(self, children: list[Any]) -> ex.Expression:
-        if str(children[0]).upper() == "PI":
+        word = str(children[0]).upper()
+        if word == "PI":
             return ex.Number(math.pi)
+        if word in ("HERE", "#HERE"):
+            return _HERE if word == "HERE" else _HERE_AXES
         return ex.Named(self.spelled(str(children[0]).replace("&", "")))
 
     # --- positions --------------------------------------------------------------------------------------
@@ -127,7 +140,7 @@ class AsRules(BlockRules):
         return _HERE
 
     def here_joints(self, _: list[Any]) -> ex.Expression:
-        return ex.SystemValue("current-joints")
+        return _HERE_AXES
 
     def null(self, _: list[Any]) -> ex.Expression:
         return zyz_pose((0.0,) * 6)
@@ -166,7 +179,8 @@ class AsRules(BlockRules):
             return ex.SystemValue("timer", int(arguments[0].value))
         if word in _FUNCTIONS:
             return ex.Function(_FUNCTIONS[word], arguments)
-        if word in _COORDINATES and len(arguments) == 1 and isinstance(arguments[0], (ex.Named, ex.Item)):
+        places = (ex.Named, ex.Item, ex.SystemValue)
+        if word in _COORDINATES and len(arguments) == 1 and isinstance(arguments[0], places):
             return ex.Member(arguments[0], _COORDINATES[word])
         return _of_text(word, arguments) or ex.CallValue(self.spelled(name), arguments)
 
@@ -195,7 +209,7 @@ class AsRules(BlockRules):
     def _away(self, word: str, start: ex.Expression, distance: ex.Expression) -> st.Move:
         """`distance` [mm] back along the tool's z from `start`."""
         zero = ex.Number(0)
-        if isinstance(start, ex.PositionLiteral) and start.kind == "joint":
+        if _has_axes(start):
             start = ex.Function("forward", (start,))
         target = ex.Function("pose-relative-tool", (start, zero, zero, _back(distance), zero, zero, zero))
         return st.Move(0, _PATHS[word[0].upper()], (target,), blend=MODAL)
@@ -293,20 +307,25 @@ class AsRules(BlockRules):
         return st.Dwell(0, ex.Quantity(children[1], 1.0))
 
     def point(self, children: list[Any]) -> st.Assign:
-        return st.Assign(0, children[0], children[1])
+        """A place from a place; where one is of axis values and the other is not, with the tool and base of now."""
+        target, value = children
+        if value in (_HERE, _HERE_AXES):
+            return self.teach([target])
+        if _has_axes(target) is not _has_axes(value):
+            value = ex.Function("inverse" if _has_axes(target) else "forward", (value,))
+        return st.Assign(0, target, value)
 
-    assign = point
+    def assign(self, children: list[Any]) -> st.Assign:
+        return st.Assign(0, children[0], children[1])
 
     def teach(self, children: list[Any]) -> st.Assign:
         """A variable gets the place where the arm stands, in axis values where its name begins with #."""
-        base = children[0].base if isinstance(children[0], ex.Item) else children[0]
-        joints = isinstance(base, ex.Named) and base.name.startswith("#")
-        return st.Assign(0, children[0], ex.SystemValue("current-joints") if joints else _HERE)
+        return st.Assign(0, children[0], _HERE_AXES if _has_axes(children[0]) else _HERE)
 
     def set_home(self, children: list[Any]) -> st.Assign:
         """The place that HOME, or HOME 2, goes to; the accuracy is that of the signal that the arm is there."""
         word, _, place = children
-        place = ex.SystemValue("current-joints") if place == _HERE else place
+        place = _HERE_AXES if place == _HERE else place
         return st.Assign(0, ex.Named(HOMES["2" in word]), place)
 
     def set_timer(self, children: list[Any]) -> st.Assign:
@@ -351,7 +370,13 @@ class AsRules(BlockRules):
         return self.spelled(str(children[0]))
 
     def call(self, children: list[Any]) -> st.Call:
-        return st.Call(0, children[0], tuple(children[1] or ()))
+        """A program changes the variables that it is handed: one in brackets is a copy, which nothing here says."""
+        arguments = tuple(children[1] or ())
+        enclosed, self._enclosed = self._enclosed, []
+        for one in arguments:
+            if isinstance(one, (ex.Named, ex.Item)) and any(one is other for other in enclosed):
+                raise NotModelledError("it hands over a copy of a variable, which stands in brackets")
+        return st.Call(0, children[0], arguments)
 
     def label(self, children: list[Any]) -> str:
         return str(children[0]).casefold()
@@ -377,6 +402,18 @@ class AsRules(BlockRules):
 
     def message(self, children: list[Any]) -> st.Message:
         return st.Message(0, ex.Text("") if children[1] is None else children[1])
+
+
+def _has_axes(place: ex.Expression) -> bool:
+    """Whether a place is of axis values: the names of variables that hold such begin with #."""
+    base = place.base if isinstance(place, ex.Item) else place
+    if isinstance(base, ex.Named):
+        return base.name.lstrip(".").startswith("#")
+    if isinstance(base, ex.PositionLiteral):
+        return base.kind == "joint"
+    if isinstance(base, ex.SystemValue):
+        return base == _HERE_AXES
+    return isinstance(base, ex.Function) and base.name == "joints"
 
 
 def _back(distance: ex.Expression) -> ex.Expression:
