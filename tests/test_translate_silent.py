@@ -4082,3 +4082,16 @@ def test_functions_in_conditions_take_registers_and_numbers():
 def test_jobs_name_signals_by_whole_numbers():
     text = translated(kawasaki("n = BITS(1001,4)", "x = n/2", "SIGNAL x", "SIGNAL x+3"), "as", "inform")
     assert re.findall(r"OT#\((.)", text) == ["D", "D"]
+
+
+@pytest.mark.parametrize(("changed", "zone"), [("y = 0.02", "fine"), ("r = 0.02", r"z10\Z:=r * 1000.0")])
+def test_a_corner_in_a_variable_that_is_zero_is_a_stop(changed, zone):
+    """`movel(p1, r=r)` with r = 0 stops; `z10\\Z:=0` is passed, and the output behind it switches before."""
+    rows = ("r = 0.0", "p1 = p[0.4,0.1,0.3,0,3.14,0]", "movel(p1, v=0.1, r=r)", "set_digital_out(1, True)")
+    text = script(*rows, "if get_digital_in(2):", f"  {changed}", "end", "movel(p1, v=0.1, r=r)")
+    assert f",{zone},tool0;" in translated(text, "urscript", "rapid")
+    told = [
+        loss for loss in losses(text, "urscript", "rapid") if "what follows may be done before" in loss.says
+    ]
+    assert bool(told) is (zone != "fine")
+    assert ("CONTINUE" in translated(text, "urscript", "krl")) is (zone != "fine")

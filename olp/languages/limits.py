@@ -173,6 +173,9 @@ class Limits:
     reserved: frozenset[str] = frozenset()  # words that no name may be, upper case
     external_axes: int = 6
     joint_blends: frozenset[BlendKind] | None = None  # of joint moves, where they differ
+    zero_blend_passes: bool = (
+        False  # a corner whose computed size is 0 is no stop: what follows may be done earlier
+    )
     has_override: bool = True  # a statement that scales all speeds
     has_elseif: bool = True
     deepest_if: int = 99  # IF blocks within one another

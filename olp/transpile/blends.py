@@ -30,7 +30,7 @@ def blends(program: Program, work: TranslationContext) -> Program:
     """Every move's blend in a kind that the target has; what differs is in the losses, in mm."""
     own = _Blends(work, program)
     routines = tuple(
-        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
+        replace(r, body=tuple([own.move(s, r.name) if type(s) is Move else s for s in r.body]))
         for r in program.routines
     )
     return replace(program, routines=routines)
@@ -48,16 +48,16 @@ class _Blends:
     def __post_init__(self) -> None:
         self.rows = LineExecutions(self.work)
 
-    def move(self, s: Statement) -> Statement:
+    def move(self, s: Statement, routine: str) -> Statement:
         assert isinstance(s, Move)
-        new = self._blend(s)
+        new = self._blend(s, routine)
         if new is not None and not self.work.limits.blends_may_overlap:
             new = self._apart(s, new)
         if new is not None:
             new = self._within(s, new)
         return s if new is s.blend else edited(s, {"blend": new})
 
-    def _blend(self, s: Move) -> Blend | None:
+    def _blend(self, s: Move, routine: str) -> Blend | None:
         blend, limits = s.blend, self.work.limits
         allowed = (
             limits.joint_blends if s.path is Path.JOINT and limits.joint_blends is not None else limits.blends
@@ -66,6 +66,12 @@ class _Blends:
         if blend is None or blend.kind is BlendKind.CONTINUOUS:
             return self._unsized(s, allowed)
         size = None if blend.value is None else blend.value.literal
+        if size is None and blend.value is not None:
+            if self.work.symbols(self.program).fixed_value(routine, blend.value.written) == Number(0):
+                size = 0.0  # of a variable that nothing changes
+            elif limits.zero_blend_passes and blend.kind in allowed:
+                says = "where the size of its corner is 0 the arm stops, and here what follows may be done before"
+                self.work.lose(s, Fate.APPROXIMATED, "blend", says)
         if (
             size is not None
             and size <= 0.0

@@ -38,6 +38,7 @@ LIMITS = Limits(
     joint_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
     path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
     blends=frozenset({BlendKind.RADIUS}),
+    zero_blend_passes=True,  # z10\Z:=0 is a fly-by point as z10 is; what stops is finep (Technical reference manual)
     accelerations=frozenset({AccelerationUnit.FRACTION}),
     tool_and_frame="move",
     has_data_files=True,
