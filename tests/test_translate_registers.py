@@ -86,30 +86,37 @@ def test_a_register_counts_with_whole_numbers_only_where_nothing_else_sets_what_
     assert types["R1"] == types["R2"] == kind
 
 
-TABLE = "".join(f"q[{i},{j}] {300 + i} {j} 400 0 180 0\n" for i in range(1, 41) for j in range(1, 31))
+TABLE = "".join(f"q[{i},{j}] {300 + i} {j} 400 0 180 0\n" for i in range(1, 111) for j in range(1, 101))
 
 
 def test_elements_of_a_table_that_has_no_room_are_points_where_their_index_is_a_number():
-    moves = "LMOVE q[1,1]\nLMOVE q[39,29]\nFOR i = 1 TO 40\nLMOVE q[i,1]\nLMOVE q[i,2]\nEND\nLMOVE q[2,7]\n"
+    moves = "LMOVE q[1,1]\nLMOVE q[39,29]\nFOR i = 1 TO 110\nLMOVE q[i,1]\nLMOVE q[i,2]\nEND\nLMOVE q[2,7]\n"
     text = f".PROGRAM p()\nSPEED 100 MM/S ALWAYS\n{moves}.END\n.TRANS\n{TABLE}.END\n"
     source = read_source(decode(text.encode(), "p.as"))
     made = convert(source, "inform", Context(on_loss="comment"))
     left_out = {loss.line: loss.says for loss in made.translated.losses if loss.leaves_out}
     assert left_out.keys() == {6, 7}
-    assert all("more than 1000 variables" in says for says in left_out.values())
+    assert all("more than 10000 variables" in says for says in left_out.values())
     found = read_source(decode(made.files[made.main], made.main)).plan()
     places = found.positions.position[found.moves.target]
     np.testing.assert_allclose(places * 1000, [[301, 1, 400], [339, 29, 400], [302, 7, 400]], atol=1e-3)
 
 
-def test_each_move_to_a_position_for_which_no_variable_is_left_is_left_out():
-    rows = "".join(f"LMOVE a{n}\n" for n in range(1010)) * 2
+@pytest.mark.parametrize(
+    ("target", "most", "asked"),
+    [
+        ("inform", 10_000, "P2019 is used, 128 are delivered"),
+        ("tp", 2000, "PR[2000] is used, 100 are delivered"),
+    ],
+)
+def test_each_move_to_a_position_for_which_no_variable_is_left_is_left_out(target, most, asked):
+    rows = "".join(f"LMOVE a{n}\n" for n in range(2020)) * 2
     source = read_source(decode(f".PROGRAM p()\nSPEED 100 MM/S ALWAYS\n{rows}.END\n".encode(), "p.as"))
-    made = convert(source, "inform", Context(on_loss="comment"))
+    made = convert(source, target, Context(on_loss="comment"))
     beyond = {loss.line for loss in made.translated.losses if loss.leaves_out}
-    assert beyond == {n + 3 for n in (*range(1000, 1010), *range(2010, 2020))}
+    assert beyond == {n + 3 for n in (*range(most, 2020), *range(2020 + most, 4040)) if most < 2020}
     beginning = "set the controller up for more variables than it is delivered with"
-    assert made.translated.asks[beginning] == ("P999 is used, 128 are delivered",)
+    assert made.translated.asks[beginning] == (asked,)
 
 
 def test_numbers_that_routines_have_for_themselves_need_no_larger_controller():

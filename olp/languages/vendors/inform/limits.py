@@ -42,10 +42,12 @@ LIMITS: Final = Limits(
         Store.ROBOT: 128,
     },
     # More are an option, as many as a parameter says (DX100, instructions for the high-speed Ethernet server,
-    # HW1480958, 3.3.32); how many at most is told on no page at hand: as many as three digits count.
-    enlarged=dict.fromkeys(
-        (Store.BYTE, Store.INTEGER, Store.DOUBLE, Store.REAL, Store.STRING, Store.ROBOT), 1000
-    ),
+    # HW1480958, 3.3.32): `///SHARE 2000,2000,2000,2000,2000,10000,10000,10000` is what a cell's list of names has for
+    # its YRC1000 (yaskawa_VARNameParser.py of R. Iglesias-Flores, 2021). No page at hand tells that there are more.
+    enlarged={
+        **dict.fromkeys((Store.BYTE, Store.INTEGER, Store.DOUBLE, Store.REAL, Store.STRING), 2000),
+        Store.ROBOT: 10_000,
+    },
     has_repeat=False,
     has_break=False,
     for_counts_whole=True,
