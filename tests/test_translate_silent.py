@@ -4095,3 +4095,8 @@ def test_a_corner_in_a_variable_that_is_zero_is_a_stop(changed, zone):
     ]
     assert bool(told) is (zone != "fine")
     assert ("CONTINUE" in translated(text, "urscript", "krl")) is (zone != "fine")
+
+
+def test_a_whole_number_of_a_job_gets_no_fraction():
+    text = krl("DECL INT i", "i=2.5", "i=-2.4", "$OUT[1]=TRUE")
+    assert re.findall(r"SET D\d+ (\S+)", translated(text, "krl", "inform")) == ["3", "-2"]

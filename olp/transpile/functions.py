@@ -70,6 +70,8 @@ def functions(program: Program, work: TranslationContext) -> Program:
                 s = _rounded(s, symbols, routine.name)
             elif not work.limits.has_integers:
                 s = _whole(s, symbols, routine)
+            elif isinstance(s, Assign) and type(s.value) is ex.Number:
+                s = _whole(s, symbols, routine)  # `SET D000 2.5` is refused
             at[:] = [s]
             plain = type(s) is Move and type(s.targets[0]) is ex.Named and s.until is None
             rows.append(s if plain else mapped(s, change))
