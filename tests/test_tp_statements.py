@@ -66,6 +66,9 @@ from olp.ir.program import (
     Switch,
     Wait,
 )
+from olp.languages.lark_host import values_of
+from olp.languages.vendors.tp import instructions
+from olp.languages.vendors.tp.grammar import instruction_parser
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.interpreter import run
 from olp.transpile.convert import export
@@ -503,3 +506,14 @@ def test_an_override_has_no_other_unit():
     assert [found.code for found in read(listing("OVERRIDE=50mm/sec")).diagnostics if found.is_error] == [
         "P520"
     ]
+
+
+@pytest.mark.parametrize("value", ["0", "7", "516.6349", "012", "0.0", "(-3)", "(-012.50)", "(-0)", "(-0.0)"])
+@pytest.mark.parametrize("register", ["1", "37", "007"])
+def test_components_that_are_read_without_the_grammar_are_what_the_grammar_makes_of_them(register, value):
+    for place in range(1, 7):
+        text = f"PR[{register},{place}]={value}"
+        found = instructions._COMPONENT.fullmatch(text)
+        assert found is not None
+        made = instructions._set_component(found[1], found[2], found[3] or found[4])
+        assert made == tuple((type(s), values_of(s)) for s in instruction_parser().statements(text))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import PurePath
 from typing import Final, NamedTuple
@@ -225,6 +225,7 @@ class SharedUnknowns:
     program: st.Program
     translated: Translated
     vendor: str
+    _compared: list[Mapping[UnknownThing, tuple[int, ...]]] = field(default_factory=list)  # once for all runs
 
     @property
     def types(self) -> dict[str, str]:
@@ -241,7 +242,9 @@ class SharedUnknowns:
         """With each seed; none where nothing is unknown. `asked`: what the plain run of the source asked for."""
         if not asked:
             return
-        choices = _choices(self.program)
+        if not self._compared:
+            self._compared.append(_choices(self.program))
+        choices = self._compared[0]
         widest = max((len(choices.get(thing, ())) for thing in asked), default=0)
         for seed in range(1, 1 + min(max(_SEEDS, widest), _MOST_SEEDS)):
             run = self._run(both, seed, choices, None)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from olp.core.diagnostic import Severity, Span
 from olp.core.units import mm
 from olp.ir import program as st
-from olp.ir.expressions import Number, Quantity, Store, Taught, Text, Variable
+from olp.ir.expressions import Member, Number, Quantity, Store, Taught, Text, Variable
 from olp.languages.findings import Findings
 from olp.languages.lark_host import (
     MOST_BROKEN,
@@ -485,6 +485,10 @@ class TpLineParser:
         english = in_english(text) if self._german else text
         if self._german and english in _seen:
             return _seen[english]
+        if (component := _COMPONENT.fullmatch(english)) is not None:
+            template = _set_component(component[1], component[2], component[3] or component[4])
+            _remember(english, template)
+            return template
         try:
             statements = instruction_parser().statements(english)
         except UnexpectedInput as refused:
@@ -578,6 +582,19 @@ class TpLineParser:
 
     def _span(self, number: int) -> Span:
         return self._findings.whole_line(number)
+
+
+# What tables of positions are made of that are written element by element: read without the grammar.
+_COMPONENT: Final = re.compile(
+    r"PR\[(\d{1,6}),([1-6])\]=(?:(\d{1,9}(?:\.\d{1,9})?)|\((-\d{1,9}(?:\.\d{1,9})?)\))"
+)
+
+
+def _set_component(register: str, place: str, value: str) -> _Template:
+    """`PR[register,place]=value`."""
+    target = Member(Variable(Store.ROBOT, Number(int(register))), values.ELEMENTS[int(place) - 1])
+    number = Number(float(value) if "." in value else int(value))
+    return ((st.Assign, values_of(st.Assign(0, target, number))),)
 
 
 def _remember(text: str, template: _Template) -> None:
