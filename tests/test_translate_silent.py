@@ -15,7 +15,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import decode, load
 from olp.fluent import read_source
 from olp.robots.robot import load_robot
-from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey
+from olp.runtime.assumptions import NAMED_SIGNAL, Assumptions, SignalKey
 from olp.runtime.interpreter import run
 from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile import Context
@@ -4100,3 +4100,41 @@ def test_a_corner_in_a_variable_that_is_zero_is_a_stop(changed, zone):
 def test_a_whole_number_of_a_job_gets_no_fraction():
     text = krl("DECL INT i", "i=2.5", "i=-2.4", "$OUT[1]=TRUE")
     assert re.findall(r"SET D\d+ (\S+)", translated(text, "krl", "inform")) == ["3", "-2"]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+@pytest.mark.parametrize(("on", "speeds"), [(0, [250, 40, 250, 30, 250]), (1, [250, 20, 250, 30, 250])])
+def test_a_speed_of_the_next_move_is_that_of_the_way_to_it(target, on, speeds):
+    """SPEED without ALWAYS holds for one move: that of the last branch in the text was taken."""
+    rows = ("SPEED 250 MM/S ALWAYS", "LMOVE a", "IF SIG(1001) THEN", "SPEED 20 MM/S", "ELSE", "SPEED 40 MM/S")
+    rows += ("END", "LMOVE b", "LMOVE a", "SPEED 30 MM/S", "IF SIG(1001) THEN", "LMOVE b", "ELSE", "LMOVE c")
+    points = ".TRANS\na 900 0 400 0 180 0\nb 900 100 400 0 180 0\nc 900 200 400 0 180 0\n.END\n"
+    text = kawasaki(*rows, "END", "LMOVE a").replace(".TRANS\n", points.removesuffix(".END\n"), 1)
+    given = {SignalKey("in", 1): (on,)}
+    source = read(text, "as")
+    made = converted(text, "as", target)
+    given |= {SignalKey(NAMED_SIGNAL, "di1"): (on,)}
+    for plan in (
+        run(source, ROBOT, assumptions=Assumptions(inputs=given)),
+        run_converted(made, target, ROBOT, source, given),
+    ):
+        assert [round(v * 1000) for v in plan.moves.travel] == speeds
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("SPEED 30 MM/S", "CALL sub"),
+        ("SPEED 30 MM/S", "FOR i = 1 TO 2", "LMOVE pick", "END"),
+        ("FOR i = 1 TO 2", "LMOVE pick", "SPEED 30 MM/S", "END"),
+        ("IF SIG(1001) GOTO 10", "SPEED 30 MM/S", "10 LMOVE pick"),
+        ("IF SIG(1001) THEN", "SPEED 30 MM/S", "END", "LMOVE pick"),
+    ],
+)
+def test_a_speed_of_the_next_move_that_several_ways_may_take_is_told(rows):
+    more = ".PROGRAM sub()\nLMOVE pick\n.END\n"
+    told = [d for d in read(kawasaki(*rows, "LMOVE table", more=more), "as").diagnostics if d.code == "P589"]
+    assert "next move" in told[0].message
+    assert any(
+        "next move" in loss.says for loss in losses(kawasaki(*rows, "LMOVE table", more=more), "as", "krl")
+    )

@@ -31,6 +31,7 @@ from olp.languages.short_reader import (
     words,
     zyz_pose,
 )
+from olp.languages.vendor import ENDS_CYCLE
 
 from .block_steps import LEVELS, Levels, TaughtStep, step_of
 from .rules import (
@@ -524,6 +525,31 @@ def _leaves(values: Iterable[ex.Expression | None]) -> Iterator[ex.Expression | 
             yield one
 
 
+@dataclass(slots=True)
+class NextOnWays:
+    """What the next move takes where a block begins, and where its ways end: a place in the body, and the fields.
+
+    `complete`: one of its ways is always gone.
+    """
+
+    before: dict[str, Any]
+    complete: bool = False
+    ends: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+
+    def leave(self, body: Sequence[st.Statement], fields: dict[str, Any]) -> None:
+        last = body[-1] if body else None
+        ended = isinstance(last, st.Process) and last.name in ("HALT", ENDS_CYCLE)
+        ended = ended or (isinstance(last, st.Jump) and last.condition is None)
+        if ended or isinstance(last, (st.Switch, st.Return)):
+            return
+        self.ends.append((len(body), fields))
+
+    def outcomes(self) -> list[tuple[int | None, dict[str, Any]]]:
+        """Those that nothing can be written for have no place."""
+        ends: list[tuple[int | None, dict[str, Any]]] = [*self.ends]
+        return ends if self.complete and ends else [*ends, (None, self.before)]
+
+
 class _AsBody:
     """The instructions of one program, with what the next move takes and which block is open."""
 
@@ -539,6 +565,10 @@ class _AsBody:
         self.rated = False  # behind ACCEL … ALWAYS
         self.accuracy: tuple[st.Blend, ...] = (_FIRST_ACCURACY,)
         self.via: tuple[ex.Expression, int] | None = None
+        self.ways: list[NextOnWays] = []
+        self.speed: st.SetSpeed | None = None  # of SPEED … ALWAYS, where it holds on all ways
+        self.knows_accuracy = False
+        self.restored: list[st.Statement] = []  # what holds again behind the next move
 
     def line(self, text: str, number: int) -> None:
         code, comment = _parted(text)
@@ -550,6 +580,7 @@ class _AsBody:
         self.kinds[number - 1] = st.LineKind.STATEMENT
         label = _LABEL.match(code)
         if label and not re.match(r"ANY\s*:", code, re.IGNORECASE):
+            self._pass_on(number)
             self.body.append(st.Label(number, (label[1] or label[2]).casefold()))
             code = code[label.end() :]
             if not code:
@@ -575,10 +606,13 @@ class _AsBody:
             except BrokenLineError as broken:
                 self.findings.error("P580", str(broken), self.findings.whole_line(number), broken.wanted)
         elif isinstance(one, BlockEnd):
+            self._follow_next(one, number)
             self._end(number)
         elif isinstance(one, st.Move):
             self.body.append(self._taken(one))
+            self._put_back()
         else:
+            self._follow_next(one, number)
             self.rated = self.rated or isinstance(one, st.SetAcceleration)
             self._block(one)
             self.body.append(one)
@@ -609,6 +643,7 @@ class _AsBody:
             self.passes = one.on
         else:
             self.accuracy = one.blends
+            self.knows_accuracy = not self.open
             if not self.passes:
                 return
         self.body.append(st.SetBlend(number, self.accuracy if self.passes else (_STOP,)))
@@ -648,6 +683,86 @@ class _AsBody:
             self.body.append(
                 self._taken(st.Move(number, st.Path.CIRCULAR, (arc.target,), blend=blend, via=via))
             )
+            self._put_back()
+
+    # --- what SPEED and ACCURACY without ALWAYS give the next move, on whatever way the program gets to it ---------
+
+    def _follow_next(self, one: Any, number: int) -> None:
+        """`one`: a statement, or the end of a block."""
+        if isinstance(one, (st.If, st.Switch)):
+            self._leave_to_next(number)
+            self.ways.append(NextOnWays(dict(self.next)))
+        elif isinstance(one, (st.ElseIf, st.Else, st.Case, st.Default)) and self.ways:
+            self._leave_to_next(number)
+            self.ways[-1].leave(self.body, self.next)
+            self.ways[-1].complete |= isinstance(one, (st.Else, st.Default))
+            self.next = dict(self.ways[-1].before)
+        elif isinstance(one, BlockEnd) and self.ways and self.open[-1:] in ([st.If], [st.Switch]):
+            self._leave_to_next(number)
+            way = self.ways.pop()
+            way.leave(self.body, self.next)
+            self._join(way, number)
+        elif isinstance(one, (BlockEnd, st.While, st.For, st.Repeat, st.Until, st.Call, st.Jump, st.Return)):
+            self._pass_on(number)
+        if isinstance(one, st.SetSpeed):
+            self.speed = None if self.open else one
+        elif isinstance(one, st.Call):  # it may set others
+            self.speed, self.knows_accuracy = None, False
+
+    def _pass_on(self, number: int) -> None:
+        """A place that other ways lead to or from: what the next move there takes is not known."""
+        self._leave_to_next(number)
+        if self.next:
+            self._tell_next(number)
+
+    def _leave_to_next(self, number: int) -> None:
+        if self.restored:
+            self._tell_next(number)
+            self._put_back()
+
+    def _put_back(self) -> None:
+        self.body += self.restored
+        self.restored = []
+
+    def _join(self, way: NextOnWays, number: int) -> None:
+        """Behind a block: where its ways give the next move different speeds, each sets its own, until that move."""
+        ends = way.outcomes()
+        names = {name for _, fields in ends for name in fields}
+        differing = {n for n in names if any(fields.get(n) != ends[0][1].get(n) for _, fields in ends)}
+        if not differing:
+            self.next = dict(ends[0][1])
+            return
+        speeds = bool(differing & {"speeds", "turn"})
+        known = not speeds or self.speed is not None
+        known = known and ("blend" not in differing or (self.knows_accuracy and self.passes))
+        placed = all(at is not None or not differing & fields.keys() for at, fields in ends)
+        if not known or not placed or differing - {"speeds", "turn", "blend"}:
+            self._tell_next(number)
+            return
+        for at, fields in reversed(ends):
+            rows: list[st.Statement] = []
+            line = self.body[at - 1].line if at else number
+            if speeds and "speeds" in fields:
+                rows.append(st.SetSpeed(line, fields["speeds"], turn=fields.get("turn")))
+            if "blend" in differing and "blend" in fields:
+                rows.append(st.SetBlend(line, (fields["blend"],)))
+            if rows:
+                self.body[at:at] = rows
+        self.restored = [replace(self.speed, line=number)] if speeds and self.speed is not None else []
+        if "blend" in differing:
+            self.restored.append(st.SetBlend(number, self.accuracy))
+        kept = {
+            name for name in names if name not in differing and not (speeds and name in ("speeds", "turn"))
+        }
+        self.next = {name: ends[0][1][name] for name in kept}
+
+    def _tell_next(self, number: int) -> None:
+        message = (
+            "SPEED, ACCURACY or ACCEL for the next move, whichever that is: the next one in the text is taken"
+        )
+        help = "write it right before the move, or with ALWAYS"
+        span = self.findings.whole_line(number)
+        self.findings.add(Severity.WARNING, "P589", message, span, help)
 
     def _block(self, one: st.Statement) -> None:
         if isinstance(one, (st.If, st.While, st.For, st.Switch, st.Repeat)):
@@ -675,6 +790,8 @@ class _AsBody:
         self.findings.once(Severity.INFO, "P588", "", message, self.findings.whole_line(number), help)
 
     def finish(self) -> list[st.Statement]:
+        if (self.next or self.restored) and self.body:
+            self._pass_on(self.body[-1].line)
         if self.via is not None:
             span = self.findings.whole_line(self.via[1])
             self.findings.error("P587", "C1MOVE without C2MOVE", span, "C2MOVE with the arc's end behind it")
