@@ -339,3 +339,9 @@ def test_a_text_that_nothing_sets_is_no_value_of_the_controller() -> None:
     plan = program('$a = $b + "x"', "n = $c[1]").plan()
     assert not any("the controller sets it" in one.says for one in plan.assumptions)
     assert [d.code for d in plan.diagnostics] == ["I209", "I209"]
+
+
+def test_whether_moves_stop_behind_a_branch_with_cp_is_told() -> None:
+    found = program("IF SIG(1) THEN", "CP OFF", "END", "ACCURACY 20 ALWAYS", "LMOVE p")
+    assert codes(found) == ["P589"]
+    assert codes(program("CP OFF", "LMOVE p", "CP ON")) == []

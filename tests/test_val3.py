@@ -353,3 +353,22 @@ def test_where_ways_join_a_point_stands_in_one_of_their_frames(tmp_path: Path) -
     assert [one.frame for one in moves(with_data(tmp_path, *alike, head=head))] == [Named("f")]
     loop = ("l_p=p[0]", "while j.j1>0", "movel(l_p,flange,m)", "l_p=q[1]", "endWhile")
     assert "P577" in codes(with_data(tmp_path, *loop, head=head))
+
+
+def test_points_of_an_array_get_the_frames_of_those_that_they_are_set_to(tmp_path: Path) -> None:
+    head = '<Locals><Local name="l_p" type="pointRx" xsi:type="array" size="3" /></Locals>'
+    filled = ("for n=0 to 2", "l_p[n]=p[0]", "endFor", "movel(l_p[1],flange,m)")
+    assert [one.frame for one in moves(with_data(tmp_path, *filled, head=head))] == [Named("f")]
+    apart = ("l_p[0]=p[0]", "l_p[1]=q[1]", "movel(l_p[0],flange,m)", "movel(l_p[1],flange,m)")
+    assert [one.frame for one in moves(with_data(tmp_path, *apart, head=head))] == [
+        Named("f"),
+        FrameRef("base"),
+    ]
+    assert "P575" in codes(with_data(tmp_path, *apart, "movel(l_p[n],flange,m)", head=head))
+
+
+def test_a_descriptor_that_never_blends_stops_also_where_its_speed_changes(tmp_path: Path) -> None:
+    found = with_data(tmp_path, "movel(p[0],flange,still)", "still.tmax=90", "movel(p[1],flange,still)")
+    made = convert(link(found).program, "rapid", Context(load_robot("staubli/tx2-60l"), on_loss="comment"))
+    written = made.files[made.main].decode()
+    assert written.count(",fine,") == 2

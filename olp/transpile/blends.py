@@ -8,7 +8,7 @@ from typing import Final
 
 from olp.core.units import mm, percent
 from olp.ir import terminology
-from olp.ir.expressions import Number, Quantity
+from olp.ir.expressions import Binary, Expression, Number, Quantity
 from olp.ir.program import Blend, BlendKind, Move, Path, Program, Statement
 from olp.ir.transformer import edited
 from olp.languages.limits import range_text, within
@@ -67,8 +67,8 @@ class _Blends:
             return self._unsized(s, allowed)
         size = None if blend.value is None else blend.value.literal
         if size is None and blend.value is not None:
-            if self.work.symbols(self.program).fixed_value(routine, blend.value.written) == Number(0):
-                size = 0.0  # of a variable that nothing changes
+            if self._is_zero(blend.value.written, routine):
+                size = 0.0
             elif limits.zero_blend_passes and blend.kind in allowed:
                 says = "where the size of its corner is 0 the arm stops, and here what follows may be done before"
                 self.work.lose(s, Fate.APPROXIMATED, "blend", says)
@@ -103,6 +103,13 @@ class _Blends:
                 self.known[key] = made
             return made
         return self._converted(s, blend.kind, size, allowed) or stop
+
+    def _is_zero(self, e: Expression, routine: str) -> bool:
+        """Whether a size is 0 whatever happens: of a variable that nothing changes, or a product with one."""
+        if isinstance(e, Binary) and e.operator == "*":
+            return self._is_zero(e.left, routine) or self._is_zero(e.right, routine)
+        value = self.work.symbols(self.program).fixed_value(routine, e)
+        return isinstance(value, Number) and value.value == 0
 
     def _within(self, s: Move, blend: Blend) -> Blend:
         """The nearest size that the target takes; an exact stop is none."""

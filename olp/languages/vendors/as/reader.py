@@ -641,6 +641,11 @@ class _AsBody:
         """The accuracy holds while moves pass their targets, and again when they do so again."""
         if isinstance(one, ContinuousPath):
             self.passes = one.on
+            if self.open:
+                message = "whether moves stop at their ends is that of the CP that stands last in the text"
+                help = "write CP outside of IF, CASE and loops"
+                span = self.findings.whole_line(number)
+                self.findings.once(Severity.WARNING, "P589", "CP", message, span, help)
         else:
             self.accuracy = one.blends
             self.knows_accuracy = not self.open

@@ -444,9 +444,10 @@ class FramesOfBlock:
             self.outcomes.append(dict(fathers))
 
     def joined(self) -> dict[str, str]:
+        """A point that some ways leave without a frame has not been given a place there: the others count."""
         ways = self.outcomes if self.complete and self.outcomes else [*self.outcomes, self.before]
         names = {name for way in ways for name in way}
-        found = {name: {way.get(name, "") for way in ways} for name in names}
+        found = {name: {way[name] for way in ways if way.get(name)} or {""} for name in names}
         return {name: next(iter(one)) if len(one) == 1 else MIXED for name, one in found.items()}
 
 
@@ -692,7 +693,21 @@ class Val3Rules(BlockRules):
             value = ex.PositionLiteral("pose", (0.0,) * 6)
         if isinstance(target, ex.Named) and kind.startswith("point"):
             self._inherit(target.name, value)
+        elif isinstance(target, ex.Item) and kind.startswith("point"):
+            self._inherit_element(target, value)
         return st.Assign(0, target, value)
+
+    def _inherit_element(self, target: ex.Item, value: ex.Expression) -> None:
+        """One point of an array gets the frame of another one; where it is computed which, all are asked."""
+        father = self._father(value)
+        if not father or not isinstance(target.base, ex.Named):
+            return
+        name, index, fathers = target.base.name, target.indices[0], self.known.fathers
+        if isinstance(index, ex.Number):
+            fathers[f"{name}[{index.value - 1}]"] = father
+        elif any(key.startswith(f"{name}[") and own != father for key, own in fathers.items()):
+            father = MIXED
+        fathers[name] = father if fathers.get(name, father) == father else MIXED
 
     def _inherit(self, name: str, value: ex.Expression) -> None:
         if father := self._father(value):
