@@ -4138,3 +4138,12 @@ def test_a_speed_of_the_next_move_that_several_ways_may_take_is_told(rows):
     assert any(
         "next move" in loss.says for loss in losses(kawasaki(*rows, "LMOVE table", more=more), "as", "krl")
     )
+
+
+def test_a_variable_that_a_called_program_gives_its_value_is_declared():
+    more = ".PROGRAM sum(.n,.t)\n.t = .n*2\n.END\n.PROGRAM put(.&p)\nPOINT .&p = pick\n.END\n"
+    text = kawasaki("CALL sum(3,total)", "CALL put(here1)", "LMOVE here1", "SIGNAL total", more=more)
+    written = translated(text, "as", "krl")
+    assert re.search(r"DECL REAL total", written)
+    assert re.search(r"DECL E6POS here1", written)
+    assert "not declared in the source" not in written

@@ -135,6 +135,7 @@ class _AsFile:
         sizes = found.known()
         self._widen_arrays(sizes, found.set_at)
         routines = [self._with_arrays(one, sizes) for one in routines]
+        routines = self._with_results(routines)
         main = _main(routines)
         if main:
             at = next(i for i, one in enumerate(routines) if one.name == main)
@@ -316,6 +317,30 @@ class _AsFile:
                 self._tell_sizes(base.name, sizes, one.line)
             place.setdefault(base.name.casefold(), st.Declare(line, base.name, type_, None, sizes))
         return replace(routine, body=(*own.values(), *routine.body)) if own else routine
+
+    def _with_results(self, routines: list[st.Routine]) -> list[st.Routine]:
+        """Variables that come into being where a program is called that gives them their value."""
+        changed = _changed_parameters(routines)
+        parameters = {r.name.casefold(): r.parameters for r in routines}
+        found: list[st.Routine] = []
+        for r in routines:
+            known = {p.name.casefold() for p in r.parameters}
+            known |= {one.name.casefold() for one in r.body if isinstance(one, st.Declare)}
+            own: list[st.Statement] = []
+            for called, at, e in _handed(r):
+                if (called, at) not in changed or not isinstance(e, ex.Named):
+                    continue
+                name, given = e.name.casefold(), parameters[called][at]
+                if name in known or name in self.data or given.sizes:
+                    continue
+                type_ = "string" if e.name.lstrip(".").startswith("$") else given.type
+                if _is_own(e.name):
+                    known.add(name)
+                    own.append(st.Declare(r.line, e.name, type_, None))
+                else:
+                    self.data[name] = st.Declare(0, e.name, type_, None)
+            found.append(replace(r, body=(*own, *r.body)) if own else r)
+        return found
 
     def _tell_sizes(self, name: str, sizes: tuple[ex.Number, ...], line: int) -> None:
         """An array that only computed indices fill."""
