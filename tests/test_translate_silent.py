@@ -4147,3 +4147,19 @@ def test_a_variable_that_a_called_program_gives_its_value_is_declared():
     assert re.search(r"DECL REAL total", written)
     assert re.search(r"DECL E6POS here1", written)
     assert "not declared in the source" not in written
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "krl", "rapid"])
+@pytest.mark.parametrize("change", ["chg(k, a[k])", "step(a[k])"])
+def test_the_element_that_a_call_hands_over_comes_back_though_its_index_changes(target, change):
+    text = (
+        "PROGRAM p\nVAR k : INTEGER\n a : ARRAY[5] OF INTEGER\n"
+        "ROUTINE chg(n : INTEGER; z : INTEGER)\nBEGIN\n n := n + 1\n z := z + 7\nEND chg\n"
+        "ROUTINE step(z : INTEGER)\nBEGIN\n k := k + 1\n z := z + 7\nEND step\n"
+        f"BEGIN\n k := 2\n a[2] := 0\n a[3] := 0\n {change}\n"
+        " IF a[2] = 7 THEN\n  DELAY 100\n ENDIF\n IF a[3] = 7 THEN\n  DELAY 300\n ENDIF\nEND p\n"
+    )
+    source = read(text, "pdl2")
+    made = converted(text, "pdl2", target)
+    for plan in (run(source, ROBOT), run_converted(made, target, ROBOT, source, {})):
+        assert [step.duration for step in plan.steps()] == pytest.approx([0.1])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 from olp.ir import expressions as ex
@@ -709,9 +710,23 @@ def bind(
                 given = given.index  # the signal itself, by its name, and not its state
             slot = Slot(fitted(parameter.type, copied(evaluate(m, given))), parameter.type)
             if parameter.by_reference and isinstance(given, _STORABLE):
-                outs.append((key, given))
+                outs.append((key, _chosen(m, given)))
         scope[key] = slot
     return scope, outs
+
+
+def _chosen(m: Machine, target: ex.Expression) -> ex.Expression:
+    """A variable with the indices that it has at the call: the routine may change what they are computed from."""
+    if isinstance(target, ex.Item):
+        indices = tuple(ex.Number(_plain_number(evaluate(m, index))) for index in target.indices)
+        return replace(target, base=_chosen(m, target.base), indices=indices)
+    if isinstance(target, ex.Member):
+        return replace(target, base=_chosen(m, target.base))
+    return target
+
+
+def _plain_number(value: Value) -> float:
+    return value if isinstance(value, (int, float)) else math.nan
 
 
 def bind_uncalled(m: Machine, parameters: tuple[Parameter, ...]) -> None:

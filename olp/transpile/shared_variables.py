@@ -12,10 +12,23 @@ from itertools import product
 from typing import Any, Final
 
 from olp.ir import expressions as ex
-from olp.ir.program import Assign, Begin, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Call,
+    Declare,
+    For,
+    Move,
+    Parameter,
+    Program,
+    Return,
+    Routine,
+    Statement,
+    Update,
+)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.transpile.context import Fate, Handed, TranslationContext
-from olp.transpile.symbols import Symbols, symbols_of
+from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 _SHARING = frozenset({Declare, Return, Call})
 _SYSTEMS: Final = ("tool", "frame")
@@ -208,6 +221,9 @@ class _Shared:
                 value = ex.SignalState(parameter.name in given)
             if value is None:
                 continue
+            if parameter.by_reference and isinstance(value, ex.Item):
+                others = [one for name, one in given.items() if name != parameter.name]
+                value = self._chosen(value, called, others, before, line)
             pairs = (
                 [(target, value)] if not parameter.sizes else self._elements(parameter, target, value, line)
             )
@@ -215,6 +231,42 @@ class _Shared:
             if parameter.by_reference and isinstance(value, (ex.Named, ex.Item, ex.Member)):
                 after += [Assign(line, other, one) for one, other in pairs]
         return before, after
+
+    def _chosen(
+        self,
+        value: ex.Item,
+        called: str,
+        others: list[ex.Expression | None],
+        before: list[Statement],
+        line: int,
+    ) -> ex.Item:
+        """An element that comes back: the one that was handed over, though the routine may change its index."""
+        changed = {e.name for one in others for e in expressions_of(one) if type(e) is ex.Named}
+        changed |= self._changed_in(called)
+        indices: list[ex.Expression] = []
+        for index in value.indices:
+            if any(type(e) is ex.Named and e.name in changed for e in expressions_of(index)):
+                kept = ex.Named(self.work.fresh("handed_index"))
+                self.declared.append(Declare(0, kept.name, "integer", None, shared=True))
+                before.append(Assign(line, kept, index))
+                index = kept
+            indices.append(index)
+        return replace(value, indices=tuple(indices))
+
+    def _changed_in(self, called: str) -> set[str]:
+        """The variables of all that a routine, or one that it calls, gives a value."""
+        found: set[str] = set()
+        seen, todo = {called.casefold()}, [called.casefold()]
+        while todo:
+            name = todo.pop()
+            for routine in (r for r in self.program.routines if r.name.casefold() == name):
+                for s in routine.body:
+                    bases = [base for target in _set_by(s) if (base := base_of(target)) is not None]
+                    found |= {one.name for one in bases if (routine.name, one.name) not in self.names}
+                    new = {one.casefold() for one in called_in(s)} - seen
+                    seen |= new
+                    todo += new
+        return found
 
     def _elements(
         self, parameter: Parameter, target: ex.Named, value: ex.Expression, line: int
@@ -231,6 +283,12 @@ class _Shared:
         places = product(*(range(1, size + 1) for size in sizes))
         indices = [tuple(map(ex.Number, place)) for place in places]
         return [(ex.Item(target, at), ex.Item(value, at)) for at in indices]
+
+
+def _set_by(s: Statement) -> tuple[ex.Expression, ...]:
+    if isinstance(s, (Assign, Update)):
+        return (s.target,)
+    return (s.variable,) if isinstance(s, For) else ()
 
 
 def _listed(value: ex.Expression | None) -> list[ex.Expression] | None:
