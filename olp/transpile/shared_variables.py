@@ -222,7 +222,7 @@ class _Shared:
             if value is None:
                 continue
             if parameter.by_reference and isinstance(value, ex.Item):
-                others = [one for name, one in given.items() if name != parameter.name]
+                others = [given.get(p.name) for p in parameters if p.by_reference and p is not parameter]
                 value = self._chosen(value, called, others, before, line)
             pairs = (
                 [(target, value)] if not parameter.sizes else self._elements(parameter, target, value, line)
