@@ -435,3 +435,31 @@ def test_other_elements_of_an_array_do_not_keep_a_main_loop_going() -> None:
     plan = run(read_source(decode(text.encode(), "main.src")), max_steps=200)
     assert len(plan.moves) == 1
     assert not plan.stop_reason.startswith("stopped after"), plan.stop_reason
+
+
+def test_what_a_called_job_has_for_itself_does_not_keep_the_callers_loop_going(tmp_path: Path) -> None:
+    polled = "*A\nSET LB000 0\nCALL JOB:ASK\nJUMP *A IF LB000=0"
+    jobs = {"MAIN": polled, "ASK": "SET LB000 3\nSET LB001 1\nSET LB000 B[LB001]"}
+    main = write_jobs(tmp_path, jobs)
+    for path in tmp_path.glob("*.[jJ][bB][iI]"):
+        text = path.read_text(encoding="latin-1")
+        lines = text.replace("///GROUP1 RB1", "///GROUP1 RB1\n///LVARS 2,0,0,0,0,0,0,0", 1)
+        path.write_text(lines, encoding="latin-1")
+    plan = run(read(main), max_steps=200)
+    assert not plan.stop_reason.startswith("stopped after"), plan.stop_reason
+
+
+@pytest.mark.parametrize("type_", ["num", "num count{300}"])
+def test_a_variable_that_a_routine_changes_for_its_caller_keeps_the_callers_loop_going(type_: str) -> None:
+    many = "{" in type_
+    declared, item = ("VAR num n{300};", "n{7}") if many else ("VAR num n;", "n")
+    taken, inner = ("INOUT num count{*}", "count{7}") if many else ("INOUT num count", "count")
+    text = (
+        "MODULE M\nPROC main()\n"
+        f"{declared}\n{item}:=0;\nWHILE {item}<40 DO\nbump n;\nENDWHILE\n"
+        "MoveAbsJ [[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\nENDPROC\n"
+        f"PROC bump({taken})\ninner count;\nENDPROC\nPROC inner({taken})\n{inner}:={inner}+1;\nENDPROC\nENDMODULE\n"
+    )
+    plan = run(read_source(decode(text.encode(), "m.mod"), vendor="rapid"), max_steps=2000)
+    assert len(plan.moves) == 1, (plan.stop_reason, plan.diagnostics)
+    assert "waits for something outside" not in "".join(said(plan))

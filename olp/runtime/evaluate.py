@@ -23,6 +23,7 @@ from olp.runtime.memory import (
     RANGES,
     WHOLE,
     Array,
+    Changes,
     PositionValue,
     Record,
     Scope,
@@ -98,7 +99,7 @@ def store_variable(m: Machine, store: ex.Store, index: int, local: bool, value: 
     if local:
         if m.frame.locals.get(key) != held:
             m.memory.stamp += 1
-            m.memory.changed[(store, -1 - index)] = m.memory.stamp
+            m.frame.changed[key] = m.memory.stamp
         m.frame.locals[key] = held
     else:
         m.memory.put(key, held)
@@ -546,9 +547,22 @@ def write_name(m: Machine, name: str, value: Value) -> None:
 def note_change(m: Machine, name: str, element: int | None = None) -> None:
     """Keeps that a named variable has changed, for loops that wait for it: one element (from 1), or None for all."""
     m.memory.stamp += 1
-    kind = "name:" + name.casefold()
-    m.memory.changed[(kind, 0)] = m.memory.stamp
-    m.memory.changed[(kind, WHOLE if element is None else element)] = m.memory.stamp
+    place = WHOLE if element is None else element
+    frame, outer, key = m.frame, len(m.frames), fold(m, name)
+    while key in frame.names:
+        _note(frame.changed, key, place, m.memory.stamp)
+        if key not in frame.lent:
+            return
+        key, outer = frame.lent[key], outer - 1
+        if outer < 0:
+            break
+        frame = m.frames[outer]
+    _note(m.memory.changed, key, place, m.memory.stamp)
+
+
+def _note(changed: Changes, key: str, place: int, stamp: int) -> None:
+    kind = "name:" + key.casefold()
+    changed[(kind, 0)] = changed[(kind, place)] = stamp
 
 
 def fitted(type_: str, value: Value) -> Value:
@@ -683,11 +697,13 @@ def literal(m: Machine, e: ex.RecordLiteral) -> Value:
 
 def bind(
     m: Machine, parameters: tuple[Parameter, ...], arguments: tuple[ex.Expression, ...]
-) -> tuple[Scope, list[tuple[str, ex.Expression]]]:
-    """The parameters of a call as variables, and which of them hand their value back, and where to."""
-
+) -> tuple[Scope, list[tuple[str, ex.Expression]], dict[str, str]]:
+    """The parameters of a call as variables, which of them hand their value back, and where to, and which are a
+    variable of the caller, with its name there.
+    """
     scope: Scope = {}
     outs: list[tuple[str, ex.Expression]] = []
+    lent: dict[str, str] = {}
     by_name = {fold(m, a.name): a for a in _named(m, arguments)}
     positional = iter([a for a in arguments if not isinstance(a, ex.NamedArgument)])
     for parameter in parameters:
@@ -711,8 +727,10 @@ def bind(
             slot = Slot(fitted(parameter.type, copied(evaluate(m, given))), parameter.type)
             if parameter.by_reference and isinstance(given, _STORABLE):
                 outs.append((key, _chosen(m, given)))
+        elif isinstance(given, ex.Named):
+            lent[key] = fold(m, given.name)
         scope[key] = slot
-    return scope, outs
+    return scope, outs, lent
 
 
 def _chosen(m: Machine, target: ex.Expression) -> ex.Expression:

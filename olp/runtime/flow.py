@@ -23,7 +23,7 @@ from olp.ir.transformer import calls_nothing, expressions_of
 from olp.runtime.assumptions import SignalKey, signal_name
 from olp.runtime.evaluate import bind, evaluate, fold, holds, number, whole, write_name, write_variable
 from olp.runtime.jobs import Jobs, Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
-from olp.runtime.memory import RANGES, Array, Record, Slot, Value
+from olp.runtime.memory import RANGES, Array, Changes, Record, Slot, Value
 from olp.runtime.plan import CallSpan, Event
 from olp.runtime.signals import counted, expected_wait, flip, key_of, signals_of
 from olp.runtime.spelling import spell
@@ -312,8 +312,8 @@ def _new_frame(m: Machine, job: RunnableRoutine, arguments: tuple[Expression, ..
         m.load(job)
         return CallFrame(job, values)
     m.load(job)
-    names, outs = bind(m, job.routine.parameters, arguments)
-    return CallFrame(job, names=names, outs=outs)
+    names, outs, lent = bind(m, job.routine.parameters, arguments)
+    return CallFrame(job, names=names, outs=outs, lent=lent)
 
 
 def _check_depth(m: Machine) -> None:
@@ -758,17 +758,24 @@ def _changed(m: Machine, about: Region, entry: LoopEntry, held: Held) -> bool:
 
 def _touched(m: Machine, about: Region, entry: LoopEntry) -> bool:
     """Whether something that decides was given another value since the head, whatever it holds now."""
-    changed = m.memory.changed
     for kind, index, local in about.reads:
-        if (elements := about.elements.get(kind)) is not None:
-            if any(changed.get((kind, at), 0) > entry.stamp for at in elements):
+        if isinstance(kind, Store) or not kind.startswith("name:"):
+            if _is_later(m.frame.changed if local else m.memory.changed, kind, index, entry.stamp):
                 return True
-        elif index is None:
-            if any(known == kind and stamp > entry.stamp for (known, _), stamp in changed.items()):
-                return True
-        elif changed.get((kind, -1 - index if local else index), 0) > entry.stamp:
+        elif any(
+            _is_later(changed, kind, place, entry.stamp)
+            for changed in (m.frame.changed, m.memory.changed)
+            for place in about.elements.get(kind, (index,))
+        ):
             return True
     return False
+
+
+def _is_later(changed: Changes, kind: str, index: int | None, stamp: int) -> bool:
+    """Whether something was changed behind `stamp`; index None: any of its kind."""
+    if index is None:
+        return any(known == kind and when > stamp for (known, _), when in changed.items())
+    return changed.get((kind, index), 0) > stamp
 
 
 def _held(m: Machine, head: int) -> Held:

@@ -68,6 +68,7 @@ class Slot:
 Value = int | float | str | bool | PositionValue | SystemPosition | Record | Array
 Scope = dict[str, Slot]
 Key = tuple[Store, int]
+Changes = dict[tuple[str, int | str], int]
 
 # Controller manuals: B 0..255, I and D two's complement of 16 and 32 bit.
 RANGES: Mapping[Store, tuple[int, int]] = {
@@ -85,15 +86,15 @@ EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
 class Memory:
     """Global variables and signals. `stamp` counts changes.
 
-    `changed`: (kind or bus, index) -> stamp of the last change by the program; a local variable n counts as -1 - n. A
-    name has 0 for any change, WHOLE for one that was not of a single element, and the indices of its elements.
+    `changed`: (kind or bus, index) -> stamp of the last change by the program. A name has 0 for any change, WHOLE for
+    one that was not of a single element, and the indices of its elements.
     `assumed`: variables that are zero because nothing gave them a value.
     """
 
     values: dict[Key, Value] = field(default_factory=dict)
     signals: dict[SignalKey, int] = field(default_factory=dict)
     stamp: int = 0
-    changed: dict[tuple[str, int | str], int] = field(default_factory=dict)
+    changed: Changes = field(default_factory=dict)
     assumed: set[Key] = field(default_factory=set)
 
     def put(self, key: Key, value: Value) -> None:

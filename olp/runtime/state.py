@@ -16,7 +16,7 @@ from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.folder import KIND_PREFIX, World, group_names, mechanism_name
 from olp.runtime.jobs import Jobs, RunnableRoutine
 from olp.runtime.made_up import MadeUp
-from olp.runtime.memory import Key, Memory, PositionValue, Scope, Slot, Value
+from olp.runtime.memory import Changes, Key, Memory, PositionValue, Scope, Slot, Value
 from olp.runtime.plan import ASSUMABLE, USUAL_LAW, CallSpan
 from olp.runtime.recorder import NOWHERE, Recorder
 
@@ -109,6 +109,8 @@ class CallFrame:
     # FOR at index -> stop, step, and the variable that its counter hides
     counters: dict[int, tuple[float, float, Slot | None]] = field(default_factory=dict)
     names: Scope = field(default_factory=dict)  # named variables of this run of the routine
+    lent: dict[str, str] = field(default_factory=dict)  # parameter -> the caller's variable that it is
+    changed: Changes = field(default_factory=dict)  # as `Memory.changed`, of what is the routine's own
     outs: list[tuple[str, Expression]] = field(
         default_factory=list
     )  # parameter -> where its value goes back to
