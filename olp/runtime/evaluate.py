@@ -736,15 +736,19 @@ def bind(
 def _chosen(m: Machine, target: ex.Expression) -> ex.Expression:
     """A variable with the indices that it has at the call: the routine may change what they are computed from."""
     if isinstance(target, ex.Item):
-        indices = tuple(ex.Number(_plain_number(evaluate(m, index))) for index in target.indices)
+        indices = tuple([_counted(m, index) for index in target.indices])
         return replace(target, base=_chosen(m, target.base), indices=indices)
     if isinstance(target, ex.Member):
         return replace(target, base=_chosen(m, target.base))
     return target
 
 
-def _plain_number(value: Value) -> float:
-    return value if isinstance(value, (int, float)) else math.nan
+def _counted(m: Machine, index: ex.Expression) -> ex.Expression:
+    """An index as a number; one that stands for all elements is kept."""
+    if isinstance(index, (ex.Number, ex.Unknown)):
+        return index
+    value = evaluate(m, index)
+    return ex.Number(value) if isinstance(value, (int, float)) else index
 
 
 def bind_uncalled(m: Machine, parameters: tuple[Parameter, ...]) -> None:
