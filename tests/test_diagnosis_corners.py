@@ -431,6 +431,14 @@ def test_beside_written_accelerations_three_lines_tell_a_time_of_the_simulation(
         assert found == pytest.approx(law, abs=1e-4)
 
 
+def test_a_share_of_accelerations_that_most_lines_of_one_speed_agree_on_is_a_time_that_all_have():
+    """A machine is tended by lines of which one in six is quicker; at one speed a weaker ramp would be the same."""
+    way, speed = np.tile([0.2, 0.23, 0.34, 0.2, 0.34, 0.23], 6), np.tile([0.36] * 5 + [0.39], 6)
+    sim = np.round(way / speed + speed / 2.2 + 0.08, 4)
+    found = simulation_laws.ramps_of(way, speed, np.full(36, 2.2), sim, np.ones(36, dtype=bool))
+    assert found == pytest.approx(SimulatedRamps(stop=0.08), abs=1e-4)
+
+
 def test_speeds_of_axes_are_told_by_how_times_grow_with_the_way_where_ends_go_with_the_speed():
     """Moves at 100 % end in a stop that takes 50 ms, those at 80 % in a corner: no ramp is both."""
     rng = np.random.default_rng(2)

@@ -100,6 +100,19 @@ def test_the_floor_is_never_below_the_clocks_digits():
     assert scatter_of(np.zeros(len(case)), case, 2e-4, False) == (2e-4, DIGITS)
 
 
+def test_what_lies_in_two_heaps_is_no_scatter_but_an_effect_that_some_moves_have():
+    """Gears have play: every second move is later by 40 times what moves scatter by. An even scatter is one heap."""
+    case, rng = moves()
+    late = 0.04 * rng.choice([0.0, 1.0], len(case))
+    found = scatter_of(late + SIGMA * rng.normal(size=len(case)), case, 1e-5, False)
+    assert found.source == REMAINS
+    assert found.value == pytest.approx(SIGMA, rel=0.2)
+    even = rng.uniform(-1.0, 1.0, len(case))
+    assert scatter_of(even, case, 1e-5, False).value == pytest.approx(even.std(), rel=0.05)
+    case.resolution = 0.04  # two neighbouring digits of a clock
+    assert scatter_of(late, case, 1e-5, False).value == pytest.approx(0.02, rel=0.5)
+
+
 def test_no_move_is_its_own_neighbour_nor_are_its_repeats():
     case, _ = moves(60, 3)
     for near in neighbours(case).values():

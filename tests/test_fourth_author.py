@@ -3,10 +3,11 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from bench.fourth_author.cases import Hidden, _numbered, generate
-from bench.fourth_author.motion import World, ramped, seconds
+from bench.fourth_author.motion import JOINT, LINEAR, World, ramped, seconds
 from bench.fourth_author.programs import write_program
 from bench.fourth_author.robots import all_arms
 from bench.third_author.scoring import judge
@@ -63,6 +64,47 @@ def test_positions_of_an_arm_of_the_library_are_those_of_olp():
             assert arm.poses(joints)[0] == pytest.approx(
                 forward(load_robot(arm.library), joints)[0], abs=1e-9
             )
+
+
+def written(folder, moves, arm, sim, accelerations):
+    """The recording of a program that the robot runs as simulated, `sim` (m,) [s]."""
+    table = {
+        "move": np.arange(len(moves)),
+        "type": np.array(["joint", "linear"])[moves.kind],
+        "blend_mm": moves.zone * 1e3,
+    }
+    for word, k in (("start", 0), ("end", -1)):
+        table |= {f"{axis}_{word}_mm": moves.p[:, k, i] * 1e3 for i, axis in enumerate("xyz")}
+        table |= {f"q{i + 1}_{word}_deg": np.degrees(moves.q[:, k, i]) for i in range(arm.n)}
+    straight = moves.kind == LINEAR
+    table["speed_mm_s"] = np.where(straight, moves.speed * 1e3, np.nan)
+    table["speed_pct"] = moves.percent
+    if accelerations:
+        table["accel_mm_s2"] = np.where(straight, moves.accel * 1e3, np.nan)
+    table["sim_s"] = table["duration_s"] = np.round(sim, 4)
+    pd.DataFrame(table).to_csv(folder / "moves.csv", index=False)
+    (folder / "arm.toml").write_text(arm.toml())
+    (folder / "recording.toml").write_text('robot = "arm.toml"\n')
+    return read_recording(folder)
+
+
+@pytest.mark.parametrize("accelerations", [True, False])
+@pytest.mark.parametrize(("ramp", "settle"), [(0.08, 0.0), (0.0, 0.05), (0.08, 0.05)])
+def test_the_motion_of_a_pallet_whose_few_lines_are_alike_is_told_by_its_corners(
+    ramp, settle, accelerations, tmp_path
+):
+    """Its joint moves meet a corner each: what they take beside their ramps is told by how alike each axis' are."""
+    arm = next(arm for arm in all_arms() if arm.name == "heavy")
+    moves = write_program(np.random.default_rng(6), arm, "palletising", 90, 1.7, 1.0)
+    assert (moves.zone > 0).any()
+    assert (moves.kind == JOINT).any()
+    sim = seconds(moves, World(ramp=ramp, settle=settle, blend=1.0), arm)
+    case = case_of(written(tmp_path, moves, arm, sim, accelerations)).case
+    assert np.abs(case.base.duration() - sim).mean() < 5e-4
+    if accelerations or not (
+        ramp and settle
+    ):  # four kinds of lines do not tell two times, a ramp and a corner
+        assert case.base.accelerate[~case.joint] == pytest.approx(1.7, rel=0.02)
 
 
 def test_a_program_takes_longer_where_the_robot_is_weaker():

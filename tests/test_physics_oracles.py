@@ -384,6 +384,51 @@ def test_ramps_of_viscous_friction_cost_what_integrating_the_force_costs():
         assert cost == pytest.approx(expected, rel=0.06)
 
 
+def played_against_friction(way, speed, up, down, steps=4000):
+    """[s] from rest to rest over `way`, speeding up with `up`(v) and braking with `down`(v), no faster than `speed`."""
+
+    def ramps(peak):
+        v = (np.arange(steps) + 0.5) * peak / steps
+        took = [peak / steps / force(v) for force in (up, down)]
+        return sum(float(t.sum()) for t in took), sum(float((v * t).sum()) for t in took)
+
+    low, high = 0.0, speed
+    if ramps(speed)[1] <= way:
+        low = speed
+    else:
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if ramps(middle)[1] > way else (middle, high)
+    seconds, covered = ramps(low)
+    return seconds + (way - covered) / low
+
+
+@pytest.mark.parametrize("key", ["", "axes"])
+def test_moves_against_viscous_friction_take_what_integrating_it_takes(key):
+    """Long and short ones; by the speed of the path, or by the share of its rated speed that the fastest axis has."""
+    case = rich_case(moves=150, joint_moves=80, seed=12)
+    rows = np.nonzero(case.joint)[0]
+    case, term = case.take(rows), load_term("viscous-friction")
+    form = next(f for f in term.forms(case) if f.key == key)
+    loss = 0.7 * form.parameters[0].high
+    fastest = (np.abs(case.rates.path).mean(axis=1) / case.rates.rated).max(axis=1)
+    base = case.base.with_(law="stop", added=np.zeros(len(rows)), least=np.zeros(len(rows)))
+    seconds = term.act(base, form, np.array([loss]), case).duration()
+    grown = 0
+    for k in range(len(rows)):
+        a = base.accelerate[k]
+        share = loss * fastest[k] if key else loss / a
+        expected = played_against_friction(
+            base.way[k],
+            base.speed[k],
+            lambda v, a=a, share=share: a * np.maximum(1 - share * v, 0.05),
+            lambda v, a=a, share=share: a * (1 + share * v),
+        )
+        assert seconds[k] == pytest.approx(expected, rel=2e-3)
+        grown += expected > 1.01 * base.duration()[k]
+    assert grown > 5
+
+
 # --- limits of axes ---------------------------------------------------------------------------------------------------
 
 

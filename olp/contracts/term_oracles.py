@@ -254,10 +254,22 @@ def coulomb_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def viscous_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """dv/dt = a - k v speeding up, a + k v braking."""
-    full = top_speed(case)[:, None] * _U
-    up = np.maximum(1.0 - values[0] * full / case.base.accelerate[:, None], 1e-3)
-    return both(case, 1.0 / longer(up), 1.0 / longer(1.0 + values[0] * full / case.base.decelerate[:, None]))
+    """a - k v speeding up, a + k v braking; of the fastest axis a (1 - k v) and a (1 + k v)."""
+    if form.key == "axes":
+        assert case.rates is not None
+        per = rates_of(case, case.rates.rated, -1)
+        used = [in_ramp(case, per, end) for end in (0, 1)]
+    else:
+        used = [
+            np.repeat(1.0 / slow[:, None], len(_U), axis=1)
+            for slow in (case.base.accelerate, case.base.decelerate)
+        ]
+
+    def slower(end: int, top: Array) -> Array:
+        against = values[0] * used[end] * top[:, None] * _U * (-1.0 if end else 1.0)
+        return np.asarray(1.0 / np.maximum(1.0 - against, 0.05))
+
+    return both(case, *_by_speed(case, case.base.speed, slower))
 
 
 def torque_speed(case: MeasuredMoves, form: Form, values: Array) -> Columns:
@@ -271,43 +283,50 @@ def torque_speed(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     speed = case.base.speed
     if law != "power":
         speed = np.minimum(speed, 0.98 * values[0] / np.maximum(per.max(axis=1), 1e-12))
-    peak = np.sqrt(
-        2.0 * np.maximum(case.base.way, 1e-9) / (1.0 / case.base.accelerate + 1.0 / case.base.decelerate)
-    )
     knee = values[1] if law == "knee" else 0.0
 
     def slower(end: int, top: Array) -> Array:
-        """(n, _FINE) reciprocal of the remaining share of the acceleration."""
         share = in_ramp(case, per, end) * top[:, None] * _U / values[0]
         if law == "power":
             return np.asarray(np.maximum(1.0, share))
         return np.asarray(1.0 / np.clip((1.0 - share) / (1.0 - knee), 0.02, 1.0))
 
+    return {**both(case, *_by_speed(case, speed, slower)), "speed": speed}
+
+
+def _by_speed(
+    case: MeasuredMoves, speed: Array, slower: Callable[[int, Array], Array]
+) -> tuple[Array, Array]:
+    """(n,) factors on both ramps to `speed` (n,) where `slower` (end, speed reached) says the reciprocal (n, _FINE) of
+    the remaining share of the acceleration; on short paths the speed whose ramps cover the way, by bisection."""
+    base = case.base
+    peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / base.accelerate + 1.0 / base.decelerate))
+
     def ramps(top: Array) -> tuple[Array, Array]:
         """(n,) distance and time from rest to a speed and back."""
-        both_ways = [(slower(0, top), case.base.accelerate), (slower(1, top), case.base.decelerate)]
+        both_ways = [(slower(0, top), base.accelerate), (slower(1, top), base.decelerate)]
         way = sum(top**2 / slow * (over * _U).mean(axis=1) for over, slow in both_ways)
         return np.asarray(way), np.asarray(sum(top / slow * over.mean(axis=1) for over, slow in both_ways))
 
     found = [1.0 / longer(1.0 / slower(end, np.minimum(speed, peak))) for end in (0, 1)]
-    short = (case.base.way > 0) & (ramps(np.minimum(speed, peak))[0] > (1.0 + 1e-6) * case.base.way)
+    short = (base.way > 0) & (ramps(np.minimum(speed, peak))[0] > (1.0 + 1e-6) * base.way)
     low, high = np.zeros(len(case)), speed
     for _ in range(30):
-        fits = ramps(0.5 * (low + high))[0] <= case.base.way
+        fits = ramps(0.5 * (low + high))[0] <= base.way
         low, high = np.where(fits, 0.5 * (low + high), low), np.where(fits, high, 0.5 * (low + high))
     whole = ramps(low)[1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        even = 4.0 * case.base.way / whole**2
+        even = 4.0 * base.way / whole**2
         even = np.where(
-            2.0 * case.base.way <= speed * whole,
+            2.0 * base.way <= speed * whole,
             even,
-            speed / (whole - case.base.way / np.maximum(speed, 1e-12)),
+            speed / (whole - base.way / np.maximum(speed, 1e-12)),
         )
-    found = [
+    up, down = (
         np.where(short, even / slow, one)
-        for one, slow in zip(found, (case.base.accelerate, case.base.decelerate), strict=True)
-    ]
-    return {**both(case, *found), "speed": speed}
+        for one, slow in zip(found, (base.accelerate, base.decelerate), strict=True)
+    )
+    return up, down
 
 
 def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:

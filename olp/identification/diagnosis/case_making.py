@@ -507,7 +507,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
         best = other if other.off < _NEARER * best.off else best
-    if best.off > _CORNERS_RIGHT and not (times.own or simulated.joint.any()):
+    if best.off > _CORNERS_RIGHT and not times.own:
         other = whole(SimulatedRamps(), by_corners=True)
         best = other if other.off < _NEARER * best.off else best
     if best.everywhere > _CORNERS_RIGHT and not times.own:
@@ -608,7 +608,8 @@ def _by_law(
     moves, rows, pace, times, ends, blend, _ = judged
     way, speed, slow, sim, start, end, moving, joint, waits = simulated
     plain, lines, notes = simulated.plain, simulated.lines, list[str]()
-    faster, stronger = tuned(way, speed, slow, sim, plain)
+    # Times that corners tell stand beside what is written: they take the place of a share of it.
+    faster, stronger = (1.0, 1.0) if by_corners else tuned(way, speed, slow, sim, plain)
     if straight.told:
         faster, stronger = 1.0, straight.stronger
         slow = np.where(np.isfinite(slow) | joint, slow, 1.0)
@@ -639,12 +640,15 @@ def _by_law(
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
-    told_by_none = bool(missing[lines].all() and lines.any() and not plain.any() and not joint.any())
+    told_by_none = bool(missing[lines].all() and lines.any() and not plain.any())
+    beside = np.zeros(len(rows))
     if (by_corners and simulated.rounded.any()) or told_by_none:
         slow, beside = _by_corners_of_lines(judged, simulated, whole, slow, bool(missing[lines].all()))
-        simulated, stopped = simulated._replace(sim=simulated.sim - beside), stopped + beside
+        of_lines = np.where(lines, beside, 0.0)
+        simulated, stopped = simulated._replace(sim=simulated.sim - of_lines), stopped + of_lines
         whole = whole.with_(accelerate=slow, decelerate=slow)
-    found = _cornered(judged, simulated, whole, missing)
+    found, more = _cornered(judged, simulated, whole, missing, np.where(joint, beside, 0.0))
+    simulated, stopped = simulated._replace(sim=simulated.sim - more), stopped + more
     off = np.abs(found.duration() - simulated.sim)
     at_lines, everywhere = (
         float(np.mean(off[some])) if some.any() else 0.0
@@ -681,20 +685,24 @@ def _accelerations(
 def _by_corners_of_lines(
     judged: _Judged, simulated: _SimulatedRows, whole: Motion, slow: Floats, alone: bool
 ) -> tuple[Floats, Floats]:
-    """Accelerations (n,) [m/s²] that rounded corners tell of lines, and the time (n,) [s] that these take beside their
-    ramps; `alone`: no line has a known one."""
+    """Accelerations (n,) [m/s²] that rounded corners tell of lines, and the time (n,) [s] that moves then take beside
+    their ramps; `alone`: no line has a known one."""
     moves, rows, pace, _, ends, *_ = judged
     lines, start, end = simulated.lines, simulated.start, simulated.end
     ramps = np.where(lines & alone, 1.0, slow)
     alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends.before)
     alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps)).take(np.flatnonzero(lines))
     told = told_at_corners(alike, simulated.sim[lines], start[lines], end[lines], not alone)
-    return np.where(lines, told.slow * ramps, slow), np.where(lines, told.beside(start, end), 0.0)
+    return np.where(lines, told.slow * ramps, slow), np.where(simulated.moving, told.beside(start, end), 0.0)
 
 
-def _cornered(judged: _Judged, simulated: _SimulatedRows, whole: Motion, missing: Mask) -> Motion:
-    """The motion with the law of corners that comes nearest to the simulated times. What no move between stops tells of
-    joint moves whose accelerations are `missing` (n,), the law of the lines' corners does."""
+def _cornered(
+    judged: _Judged, simulated: _SimulatedRows, whole: Motion, missing: Mask, beside: Floats
+) -> tuple[Motion, Floats]:
+    """The motion with the law of corners that comes nearest to the simulated times, and (n,) [s] that joint moves take
+    beside it. What no move between stops tells of joint moves whose accelerations are `missing` (n,), the law of the
+    lines' corners does: over the rounding or its share of their way, with what lines take `beside` (n,) [s] their ramps
+    or without, whichever makes the accelerations of an axis more alike."""
     moves, rows, pace, _, ends, *_ = judged
     joint, sim = simulated.joint, simulated.sim
     plain = joint & simulated.start & simulated.end
@@ -704,10 +712,24 @@ def _cornered(judged: _Judged, simulated: _SimulatedRows, whole: Motion, missing
     found, shared = cornered(whole, sim, ~unknown), _by_share_of_the_way(whole, pace, rows, ends.before)
     if shared is not None:
         found = nearer_at_corners(found, cornered(shared, sim, ~unknown), sim, ~unknown)
-    if unknown.any():
-        slow = np.where(unknown, as_long_as(found, sim), whole.accelerate)
-        found = found.with_(accelerate=slow, decelerate=slow)
-    return found
+    if not unknown.any():
+        return found, np.zeros(len(rows))
+    law = {"law": found.law, "overlap": found.overlap, "split": found.split, "reach": found.reach}
+    laws = [found, *(one.with_(**law) for one in (whole, shared) if one is not None)]
+    times = [np.where(unknown, one, 0.0) for one in (0.0, beside)][: 2 if beside[unknown].any() else 1]
+    tried = [(one, time, as_long_as(one, sim - time)) for one in laws for time in times]
+    leading = pace.leading[rows]
+    found, more, slow = min(tried, key=lambda one: _unlike(one[2][unknown], leading[unknown]))
+    slow = np.where(unknown, slow, whole.accelerate)
+    return found.with_(accelerate=slow, decelerate=slow), more
+
+
+def _unlike(slow: Floats, leading: NDArray[np.intp]) -> float:
+    """[1] by how much accelerations (n,) differ, in the middle, from the middle one of their axis, `leading` (n,)."""
+    off = np.abs(np.log(slow))
+    for axis in np.unique(leading).tolist():
+        off[leading == axis] = np.abs(np.log(slow[leading == axis] / np.median(slow[leading == axis])))
+    return float(np.median(off))
 
 
 def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, plain: Mask) -> SimulatedRamps:

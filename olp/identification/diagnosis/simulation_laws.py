@@ -29,6 +29,9 @@ _SPLITS = (1.0, 0.5, 0.0)  # of what a corner saves, to the move before it
 _REACHES = (0.5, 0.45, 1 / 3, 0.25, 1.0)  # of the shorter move
 _REACHES_BETWEEN = (0.2, 0.3, 0.35, 0.4, 0.6, 0.7, 0.8, 0.9)
 _OVERLAPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.25, 1.5, 2.0)
+_WORTH_A_WALK = (
+    4.0  # times what the best of the grid is off: a law between two overlaps of it may be so far off there
+)
 _WALKED = 4  # steps of one length: a law that is none may come nearer for ever
 _DIGITS = 2e-4  # [s] nearer than that, or than half a last digit, a simulation stops at every corner
 _BETTER = 0.9  # times what exact stops are off: less is no law of corners
@@ -48,10 +51,13 @@ def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
     if not rounded.any() or _off(motion, sim, rounded) < digits:
         return motion.with_(law="stop")
     best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
-    for tried in _families(motion):
-        overlap, off = _nearest(tried, sim, rounded)
-        if off < least:
-            best, least = tried.with_(overlap=overlap), off
+    families = _families(motion)
+    coarse = [min(_off(law.with_(overlap=one), sim, rounded) for one in _OVERLAPS) for law in families]
+    for tried, about in zip(families, coarse, strict=True):
+        if about <= _WORTH_A_WALK * min(coarse):
+            overlap, off = _nearest(tried, sim, rounded)
+            if off < least:
+                best, least = tried.with_(overlap=overlap), off
     return best if best.law == "stop" or least < digits else _at_its_reach(best, sim, rounded, least)
 
 
@@ -126,12 +132,11 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
     """
     rows = np.unique(np.linspace(0, len(sim) - 1, _LOOKED_AT).astype(np.intp))
     motion, sim, start, end = motion.take(rows), sim[rows], start[rows], end[rows]
-    rounded = (motion.round_start > 0) | (motion.round_end > 0)
     laws = [
         motion.with_(law="stop"),
         *(law for law in _families(motion) if written or law.reach == _REACHES[0]),
     ]
-    spans = {names: _Span.of(names, start[rounded], end[rounded]) for names in _TIMES}
+    spans = {names: _Span.of(names, start, end) for names in _TIMES}
     spans = {names: span for names, span in spans.items() if span.rank == len(names)}
     grid = [0.0] if written else np.linspace(math.log(_RAMPS[0]), math.log(_RAMPS[1]), _RAMP_GRID).tolist()
 
@@ -139,7 +144,7 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
         more = math.exp(logarithm)
         ramps = ("accelerate", "decelerate", "open_start", "open_end")
         tried = law.with_(overlap=overlap, **{name: more * getattr(law, name) for name in ramps})
-        return np.asarray((sim - tried.duration())[rounded])
+        return np.asarray(sim - tried.duration())
 
     def nearest(law: Motion, span: _Span, logarithm: float) -> tuple[float, float]:
         return _walked(lambda overlap: span.misfit(left(law, logarithm, overlap)))
@@ -479,16 +484,18 @@ def ramps_that_fit(
     slow = slow[good] if written else np.ones(len(way))
     near = max(_DIGIT * digit, _LEAST)
 
-    def off(law: SimulatedRamps, faster: float = 1.0) -> float:
-        return float(
-            np.quantile(np.abs(law.seconds(way, faster * speed, law.stronger * slow) - sim), _SHARES[0])
-        )
+    def off(law: SimulatedRamps, faster: float = 1.0, share: float = _SHARES[0]) -> float:
+        return float(np.quantile(np.abs(law.seconds(way, faster * speed, law.stronger * slow) - sim), share))
 
     stronger = stronger if written else _stronger(way, faster * speed, slow, sim)
-    plainly = off(SimulatedRamps(stronger), faster)
+    plain_law = SimulatedRamps(stronger)
+    plainly = off(plain_law, faster)
+    kinds = _kinds(way, speed, slow)
     if plainly <= near:
-        return [SimulatedRamps()]
-    if (kinds := _kinds(way, speed, slow)) < _TOLD_BY:
+        # A share that most moves agree on may be that of their one speed; a time beside what is written fits all.
+        beside = written and stronger != 1.0 and kinds >= _TOLD_BESIDE and off(plain_law, faster, 1.0) > near
+        return (_beside_written(way, speed, slow, sim, near) if beside else []) or [SimulatedRamps()]
+    if kinds < _TOLD_BY:
         written = written and kinds >= _TOLD_BESIDE and _kinds(speed) > 1
         return _beside_written(way, speed, slow, sim, near) if written else []
     laws = (_nearest_law(way, speed, slow, sim, names, digit) for names in _LAWS)
@@ -550,11 +557,13 @@ _TRIED_TIMES, _GOLDEN = 32, 24  # times beside ramps, and steps of a golden sect
 def ramps_by_corners(
     way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask, lines: Mask, ends: Floats
 ) -> list[SimulatedRamps]:
-    """Of each law with one time beside constant accelerations the nearest one, where the moves between stops, `plain`
-    (n,), are of too few kinds to tell a ramp from a time beside it. Only a law of corners that fits tells which is it.
+    """Of each law with one time beside constant accelerations the nearest one, and of two times beside written ones,
+    where the moves between stops, `plain` (n,), are of too few kinds to tell a ramp from a time beside it. Only a law
+    of corners that fits tells which is it.
 
-    What a rounded corner saves is the same in `lines` (n,) with the same roundings at their `ends` (n, 2) [m], as long
-    as they brake there: a law is right if these are all off by one time, and those between stops by none.
+    What a rounded corner saves is the same in `lines` (n,) with the same roundings at their `ends` (n, 2) [m], and of
+    one speed where they brake over less: a law is right if these are all off by one time, and those between stops by
+    none.
     """
     good = lines & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
     plain = (plain & good)[good]
@@ -573,15 +582,18 @@ def ramps_by_corners(
         or _kinds(way[plain], speed[plain], slow[plain]) >= _TOLD_BY
     ):
         return []
-    alike = np.unique(np.round(ends[good], 6), axis=0, return_inverse=True)[1].ravel()
+    shorter = written & (speed**2 < 2.0 * slow * ends[good].max(axis=1))
+    tell = np.column_stack([ends[good], np.where(shorter, speed, 0.0)])
+    alike = np.unique(np.round(tell, 6), axis=0, return_inverse=True)[1].ravel()
     classes = [alike == one for one in np.unique(alike[~plain]).tolist()]
     most = float(np.median((sim - way / speed)[plain]))
 
-    def law(name: str, beside: float) -> SimulatedRamps:
-        stop = beside if name == "stop" else 0.0
-        one = SimulatedRamps(**{name: beside})
+    def law(names: tuple[str, ...], beside: float) -> SimulatedRamps:
+        stop = beside if names == ("stop",) else 0.0
+        one = SimulatedRamps(**{names[0]: beside})
         if written:
-            return one
+            left = (sim - one.seconds(way, speed, slow))[plain]
+            return one if len(names) == 1 else one._replace(**{names[1]: float(np.median(left))})
         own = one.slow(way[plain], speed[plain], sim[plain] - stop)[0] / slow[plain]
         return one._replace(stronger=float(np.nanmedian(own)) if np.isfinite(own).any() else 1.0)
 
@@ -594,10 +606,11 @@ def ramps_by_corners(
         return float(np.quantile(np.abs(left), _SHARES[0]))
 
     found = list[tuple[float, SimulatedRamps]]()
-    for (name,) in (names for names in _LAWS if len(names) == 1):
-        beside = _nearest_time(lambda time, n=name: off(law(n, time)), most)  # type: ignore[misc]
-        if beside >= _LEAST_BESIDE:
-            found.append((off(law(name, beside)), law(name, beside)))
+    for names in (names for names in _LAWS if len(names) == 1 or written):
+        beside = _nearest_time(lambda time, n=names: off(law(n, time)), most)  # type: ignore[misc]
+        one = law(names, beside)
+        if min(getattr(one, name) for name in names) >= _LEAST_BESIDE:
+            found.append((off(one), one))
     near = max(_AS_NEAR * min((misfit for misfit, _ in found), default=0.0), _DIGIT * digit, _LEAST)
     return [one for misfit, one in found if misfit <= near][:_LIKELY_LAWS]
 

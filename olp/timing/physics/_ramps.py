@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from olp.core import compiled_loops
@@ -65,6 +67,100 @@ def longer(force: Floats) -> Floats:
 def slower(over: Floats) -> Floats:
     """The same factor as `longer` (n,), where the acceleration is divided by `over` (n, k)."""
     return np.asarray(over @ _WEIGHTS)
+
+
+# --- Forces that change with the speed ---
+
+_WAYS = PASSED / len(PASSED)  # that a ramp covers while it passes each of these speeds
+_STEPS, _EXACT, _ROUNDED = 25, 1e-6, 1e-6  # of Newton's method at most; shares of a way that are nothing
+
+
+def per_speed(case: MeasuredMoves, key: str) -> Floats:
+    """Highest speed (n,) of the path, or of the fastest axis, per speed of the path; `key`: "path" or "axes"."""
+    return case.once(f"fastest {key}", lambda: _fastest(case, key).max(axis=1))
+
+
+def _fastest(case: MeasuredMoves, key: str) -> Floats:
+    """Speed (n, m) of the path, or of the fastest axis (as a share of rated speeds, if known), per speed of the
+    path, along the path.
+    """
+    rates = case.rates
+    if key == "path" or rates is None:
+        even = 1.0 / case.ratio if key == "path" else np.zeros(len(case))
+        return np.repeat(even[:, None], 2, axis=1)
+    rated = rates.rated if rates.rated is not None else np.ones(rates.path.shape[2])
+    return np.asarray((np.abs(rates.path) / rated).max(axis=2))
+
+
+def fastest_along(case: MeasuredMoves, key: str) -> Floats:
+    """Speed (2, n, k) of the path, or of the fastest axis, per speed of the path, where each ramp of the simulation
+    passes the speeds of `PASSED`, times these."""
+
+    def work_out() -> Floats:
+        fastest = _fastest(case, key)
+        return np.stack([where_passed(case, fastest, end) for end in (0, 1)]) * PASSED
+
+    return case.once(f"fastest {key} along", work_out)
+
+
+def divided_by_speed(
+    motion: Motion, shares: Floats, divided: Callable[[Floats], tuple[Floats, Floats]]
+) -> Motion:
+    """The motion where the acceleration of each ramp is `divided` by what its speed says.
+
+    `shares` (2, n, k): what that hangs on, per speed of the path, where the ramps at the start and at the end pass
+    the speeds of `PASSED`. `divided`: of these times a speed, the divisor and its slope by the logarithm of the speed.
+    """
+    top = motion.top()
+    slows = np.stack([motion.accelerate, motion.decelerate])
+    over, _ = divided(shares * top[:, None])
+    accelerate, decelerate = slows / slower(over)
+    covered = top**2 * (over @ _WAYS / slows).sum(axis=0)
+    short = np.nonzero((motion.way > 0) & (covered > (1.0 + _ROUNDED) * motion.way))[0]
+    if len(short):
+        ways = (motion.way[short], motion.speed[short], top[short])
+        accelerate[short] = decelerate[short] = _on_short_ways(
+            *ways, shares[:, short], slows[:, short], divided
+        )
+    return motion.with_(accelerate=accelerate, decelerate=decelerate)
+
+
+def _on_short_ways(
+    way: Floats,
+    speed: Floats,
+    peak: Floats,
+    shares: Floats,
+    slows: Floats,
+    divided: Callable[[Floats], tuple[Floats, Floats]],
+) -> Floats:
+    """Acceleration (n,) that takes the same total time where both ramps together are longer than the path.
+
+    The less force is left, the longer the path covered at high speed: Newton's method in logarithms finds the speed at
+    which both ramps cover the way (n,) [m], from the highest one without jerk on, `peak` (n,) [m/s]. `slows` (2, n):
+    the whole acceleration of each ramp; `shares`, `divided`: see `divided_by_speed`.
+    """
+    low, high = np.zeros(len(way)), peak
+    for _ in range(_STEPS):
+        over, growth = divided(shares * peak[:, None])
+        ramps = (over @ _WAYS / slows).sum(axis=0)
+        covered = peak**2 * ramps
+        off = np.log(covered / way)
+        if np.abs(off).max() <= _EXACT:
+            break
+        slope = 2.0 + (growth @ _WAYS / slows).sum(axis=0) / ramps
+        low, high = np.where(off <= 0, peak, low), np.where(off <= 0, high, peak)
+        tried = peak * np.exp(-off / slope)
+        tried = np.where((tried > low) & (tried < high), tried, 0.5 * (low + high))
+        peak = np.where(np.abs(off) <= _EXACT, peak, tried)
+    time = peak * (over.mean(axis=2) / slows).sum(axis=0)
+    # What the ramps fall short of the way is passed at the speed that they reach.
+    time = time + (way - covered) / np.maximum(peak, 1e-9)
+    return np.asarray(
+        np.where(2.0 * way <= speed * time, 4.0 * way / time**2, speed / np.maximum(time - way / speed, 1e-9))
+    )
+
+
+# --- Forces that change along the path ---
 
 
 def pulled(motion: Motion, pull: Floats, least: float) -> Motion:

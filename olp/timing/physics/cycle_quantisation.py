@@ -156,7 +156,10 @@ def _rounded_up(
         return np.zeros(0)
     size = 2.0 * _sums(times, frequency, late).imag / len(times)
     told = size * np.pi * frequency  # of the size that the tooth has
-    sure = size > np.sqrt(4.0 * (np.log(len(frequency)) + _DOUBT) / alike) * float(late.std())
+    # Scatter alone correlates with a sine by r or more with a chance below (1 - r²)^(m/2) / (r √(2π m)), m = n - 2.
+    square = np.clip(0.5 * np.maximum(size, 0.0) ** 2 / float(late.var()), 1e-9, 1.0 - 1e-9)
+    chance = 0.5 * (alike - 2) * np.log1p(-square) - 0.5 * np.log(2.0 * np.pi * (alike - 2) * square)
+    sure = -chance > np.log(len(frequency)) + _DOUBT
     likely = sure & (told > 1.0 / _TOLD_SIZE) & (told < _TOLD_SIZE)
     if not likely.any():
         return np.zeros(0)

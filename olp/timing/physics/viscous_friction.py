@@ -8,9 +8,16 @@ import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
+from olp.timing.physics._ramps import PASSED, divided_by_speed, fastest_along, per_speed
 from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, TermParameter
 
 _MOST = 0.95  # of the force that friction may take at the highest speed
+_SIGNS = np.array([1.0, -1.0])[:, None, None]  # friction is against drives, and helps brakes
+_EQUATIONS = {
+    "": r"a_{acc} = a - k v,\; a_{dec} = a + k v",
+    "axes": r"a_{acc} = a\,(1 - k \dot q),\; a_{dec} = a\,(1 + k \dot q)",
+}  # by the speed of the path, or by that of the fastest axis
+_MEANS = {"": "of acceleration per speed", "axes": "share of acceleration per speed of the fastest axis"}
 
 
 class ViscousFriction(MoveTerm, LogTerm):
@@ -27,33 +34,31 @@ class ViscousFriction(MoveTerm, LogTerm):
     phase = "accelerate"
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
-        share = _shares(case)[case.moving]
-        if not len(share) or np.ptp(share) <= 0:
-            return ()
-        loss = TermParameter(
-            "loss", "1/s", 0.0, _MOST / float(share.max()), 0.0, False, "of acceleration per speed"
-        )
-        return (Form("", (loss,), r"a_{acc} = a - k v,\; a_{dec} = a + k v"),)
+        forms = []
+        for key, equation in _EQUATIONS.items():
+            share = _shares(case, key)[case.moving]
+            if len(share) and np.ptp(share) > 0:
+                loss = TermParameter(
+                    "loss", _unit(case, key), 0.0, _MOST / float(share.max()), 0.0, False, _MEANS[key]
+                )
+                forms.append(Form(key, (loss,), equation))
+        return tuple(forms)
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.3], [0.8]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         """Ramps whose force falls, or grows, with the speed: ∫ dv / (a ∓ k v)."""
-        top = motion.top()
-        share = np.clip(values[0] * top / motion.accelerate, 1e-4, _MOST)
-        back = np.clip(values[0] * top / motion.decelerate, 1e-4, None)
-        # What a ramp costs beyond its way at full speed V: ∫ (1 - v/V) dv / (a ∓ k v), V/2a without friction.
-        slower = 2.0 * (share + (1.0 - share) * np.log1p(-share)) / share**2
-        faster = 2.0 * ((1.0 + back) * np.log1p(back) - back) / back**2
-        return motion.with_(
-            accelerate=motion.accelerate / slower,
-            decelerate=motion.decelerate / faster,
-        )
+        if form.key == "axes":
+            shares = fastest_along(case, "axes")
+        else:
+            shares = PASSED / np.stack([motion.accelerate, motion.decelerate])[..., None]
+        return divided_by_speed(motion, values[0] * _SIGNS * shares, _divided)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
-        most = values[0] * float(_shares(case)[case.moving].max())
-        return f"friction takes up to {most:.0%} of the force at the programmed speeds"
+        most = values[0] * float(_shares(case, form.key)[case.moving].max())
+        of = " of the fastest axis" if form.key == "axes" else ""
+        return f"friction{of} takes up to {most:.0%} of the force at the programmed speeds"
 
     def seen_in(self, columns: frozenset[str]) -> bool:
         return bool(columns & {"torque", "current"})
@@ -64,6 +69,20 @@ def viscous(speed: Floats) -> Floats:
     return speed
 
 
-def _shares(case: MeasuredMoves) -> Floats:
-    """Speed over acceleration of the simulation (n,) [s]."""
-    return np.asarray(case.base.top() / case.base.accelerate)
+def _divided(share: Floats) -> tuple[Floats, Floats]:
+    """Divisor (2, n, k) of accelerations of which friction takes a `share` (2, n, k), less than 0 where it helps, and
+    its slope by the logarithm of the speed."""
+    over = 1.0 / np.maximum(1.0 - share, 1.0 - _MOST)
+    return over, np.where(share < _MOST, over**2 * share, 0.0)
+
+
+def _shares(case: MeasuredMoves, key: str) -> Floats:
+    """(n,) [s] speed over acceleration of the simulation; "axes": [1] or [rad/s] speed of the fastest axis."""
+    top = case.base.top()
+    return np.asarray(per_speed(case, key) * top if key == "axes" else top / case.base.accelerate)
+
+
+def _unit(case: MeasuredMoves, key: str) -> str:
+    if key != "axes":
+        return "1/s"
+    return "1" if case.rates is not None and case.rates.rated is not None else "s/rad"
