@@ -61,7 +61,7 @@ class JointAccelerationLimit(MoveTerm):
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         rates, ramps = _rates(case, form.axis), (motion.accelerate, motion.decelerate)
         # A ramp that the limit makes longer passes other places than the simulation's.
-        if _even(rates):
+        if _even(case, form.axis):
             up, down = (slow / np.maximum(1.0, rates[:, 0] * slow / values[0]) for slow in ramps)
             return motion.with_(accelerate=up, decelerate=down)
         up, down = (1.0 / np.maximum(1.0, rates * slow[:, None] / values[0]) for slow in ramps)
@@ -79,24 +79,25 @@ def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
 
     def work_out() -> Floats:
         rates = _rates(case, axis)
-        return rates[:, :1] if _even(rates) else where_passed(case, rates, end)
+        return rates[:, :1] if _even(case, axis) else where_passed(case, rates, end)
 
     return case.once(f"ramp {axis} {end}", work_out)
 
 
-def _even(rates: Floats) -> bool:
-    """Whether axes turn in proportion along all moves, as joint moves have it; `rates` (n, m)."""
-    return bool((rates == rates[:, :1]).all())
+def _even(case: MeasuredMoves, axis: int) -> bool:
+    """Whether axes turn in proportion along all moves, as joint moves have it."""
+    rates = _rates(case, axis)
+    return bool(case.once(f"even slopes {axis}", lambda: np.array([(rates == rates[:, :1]).all()]))[0])
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:
     """Turn (n, m) of an axis per unit of path length; for ALL the largest share of a rated acceleration."""
-    assert case.rates is not None
-    if axis != ALL:
-        return np.abs(case.rates.path[:, :, axis])
-    rated = case.rates.rated_acceleration
-    assert rated is not None
     rates = case.rates
+    assert rates is not None
+    if axis != ALL:
+        return case.once(f"slopes {axis}", lambda: np.abs(rates.path[:, :, axis]))
+    rated = rates.rated_acceleration
+    assert rated is not None
     return case.once("rated slopes", lambda: (np.abs(rates.path) / rated).max(axis=2))
 
 
