@@ -37,19 +37,15 @@ class CycleQuantisation(MoveTerm):
     conditionable = False
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
-        found = _found(case)
-        forms = [_later("polled", case.polled)] if _differ(case) and case.polled > 0 else []
-        for rank, cycle in enumerate(found.tolist()):
-            other = f"other {rank}" if rank else ""
-            later = _later(other, cycle)
-            nearest = f"nearest {other}".strip()
-            forms += [later, Form(nearest, later.parameters, r"T = c \lfloor T_0 / c + 1/2 \rfloor")]
-        if len(found) and _between(case, float(found[0])):
-            forms += [
-                form._replace(key=f"{form.key} {_TIMED}".strip(), equation=form.equation + _MOVING)
-                for form in forms[-2 * len(found) :][:2]
-            ]
-        return tuple(forms)
+        found = _found(case).tolist()
+        polled = [_later("polled", case.polled)] if _differ(case) and case.polled > 0 else []
+        rounded = [form for rank, cycle in enumerate(found) for form in _rounded(rank, cycle)]
+        timed = [
+            form._replace(key=f"{form.key} {_TIMED}".strip(), equation=form.equation + _MOVING)
+            for form in rounded[:2]  # the likeliest cycle's
+            if _between(case, found[0])
+        ]
+        return (*polled, *rounded, *timed)
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         one = form.parameters[0]
@@ -69,6 +65,13 @@ class CycleQuantisation(MoveTerm):
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         of = "durations of motion" if form.key.endswith(_TIMED) else "durations"
         return f"{of} are whole multiples of {values[0] * 1000:.3g} ms"
+
+
+def _rounded(rank: int, cycle: float) -> tuple[Form, Form]:
+    """Durations rounded up to a cycle [s], and to the nearest; `rank`: 0 for the likeliest cycle."""
+    other = f"other {rank}" if rank else ""
+    later = _later(other, cycle)
+    return later, Form(f"nearest {other}".strip(), later.parameters, r"T = c \lfloor T_0 / c + 1/2 \rfloor")
 
 
 def _later(key: str, cycle: float) -> Form:
