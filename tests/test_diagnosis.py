@@ -186,6 +186,12 @@ def test_waits_are_one_sided():
     both[30:38] -= 0.3
     odd = replace(case, measured=both, derived={})
     assert late_moves(fit(DurationModel(), odd, Noise(1e-4)), odd, 1e-4).sum() == 0
+    for early, expected in ((0.01, 2), (0.1, 0)):  # two that wait far longer than any is early are late ones
+        few = case.measured.copy()
+        few[[5, 60]] += 0.3
+        few[20] -= early
+        odd = replace(case, measured=few, derived={})
+        assert late_moves(fit(DurationModel(), odd, Noise(1e-4)), odd, 1e-4).sum() == expected
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------

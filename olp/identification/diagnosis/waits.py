@@ -35,7 +35,7 @@ _ROUNDS, _LEAST = (
     12,
     2.0,
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
-_ONE_SIDED = 5  # times as many late moves as early ones; or so many that are later than any is early
+_ONE_SIDED = 5  # times as many late moves as early ones, or as late as any is early; or so many later than any is early
 _TAILS = (1.5, 2.5, 4.0, 8.0, 30.0)  # degrees of freedom of a scatter
 _DEALS = 8  # ways to hold moves out
 _CLEARLY = 4.0  # times the scatter: where waits are looked for at first
@@ -61,7 +61,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         # What the fit's own form leaves is to both sides, and no farther to one than to the other.
         late = residual > np.maximum(far, -residual.min())
         if late.sum() < _ONE_SIDED:
-            return nothing
+            late &= residual > -_ONE_SIDED * residual.min()
     if late.sum() < _LATE or late.mean() > _MOST:
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))

@@ -43,7 +43,7 @@ LIMITS: Final = Limits(
     },
     # More are an option, as many as a parameter says (DX100, instructions for the high-speed Ethernet server,
     # HW1480958, 3.3.32): `///SHARE 2000,2000,2000,2000,2000,10000,10000,10000` is what a cell's list of names has for
-    # its YRC1000 (yaskawa_VARNameParser.py of R. Iglesias-Flores, 2021). No page at hand tells that there are more.
+    # its YRC1000 (R. Iglesias-Flores, parser of variable names, 2021). No page at hand tells of more.
     enlarged={
         **dict.fromkeys((Store.BYTE, Store.INTEGER, Store.DOUBLE, Store.REAL, Store.STRING), 2000),
         Store.ROBOT: 10_000,
