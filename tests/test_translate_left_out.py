@@ -86,15 +86,15 @@ def _with_many(data, rows):
 
 
 def test_variables_beyond_those_of_the_target_go_and_nothing_else(tmp_path):
-    """INFORM has 1000 reals at most. One too many took its namesakes in other routines along, or everything."""
-    held = [f"VAR num b{n}:=0.5;" for n in range(1010)]
-    used = [f"b{n}:=b{n}+given/3;" for n in range(1010)]
+    """INFORM has 2000 reals at most. One too many took its namesakes in other routines along, or everything."""
+    held = [f"VAR num b{n}:=0.5;" for n in range(2010)]
+    used = [f"b{n}:=b{n}+given/3;" for n in range(2010)]
     text = _with_many(held, ("VAR num a0:=1;", *used))
     losses, written, _ = converted(text, "m.mod", "inform", tmp_path)
     lines = text.splitlines()
     gone = {lines[loss.line - 1] for loss in losses if loss.leaves_out}
     assert (
-        len(gone & {*held}) == len(gone & {*used}) == 1010 + 3 - 1000
+        len(gone & {*held}) == len(gone & {*used}) == 2010 + 3 - 2000
     )  # with the three that are handed over
     assert not [row for row in gone if "a0" in row]
     assert written.count("TIMER ") == 3
