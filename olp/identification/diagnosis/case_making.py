@@ -715,7 +715,8 @@ def _cornered(
     if not unknown.any():
         return found, np.zeros(len(rows))
     law = {"law": found.law, "overlap": found.overlap, "split": found.split, "reach": found.reach}
-    laws = [found, *(one.with_(**law) for one in (whole, shared) if one is not None)]
+    others = (one for one in (whole, shared) if one is not None and one.round_end is not found.round_end)
+    laws = [found, *(one.with_(**law) for one in others)]
     times = [np.where(unknown, one, 0.0) for one in (0.0, beside)][: 2 if beside[unknown].any() else 1]
     tried = [(one, time, as_long_as(one, sim - time)) for one in laws for time in times]
     leading = pace.leading[rows]
@@ -726,7 +727,7 @@ def _cornered(
 
 def _unlike(slow: Floats, leading: NDArray[np.intp]) -> float:
     """[1] by how much accelerations (n,) differ, in the middle, from the middle one of their axis, `leading` (n,)."""
-    off = np.abs(np.log(slow))
+    off = np.empty(len(slow))
     for axis in np.unique(leading).tolist():
         off[leading == axis] = np.abs(np.log(slow[leading == axis] / np.median(slow[leading == axis])))
     return float(np.median(off))

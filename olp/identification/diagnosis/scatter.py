@@ -143,19 +143,23 @@ def _middle(values: Floats, resolution: float) -> float:
 
 
 def _within_two_heaps(left: Floats, resolution: float) -> float | None:
-    """[s] of values (n,) around the nearer of two heaps; None where they are one, or as near as digits put them.
+    """[s] of values (n,) around the middle of their heap, of two; None where they are one, or two that are as near
+    as digits put them.
 
     No scatter with one middle has a kurtosis below a uniform one's, 1.8, whose error is √(1.32/n): what lies in two
     heaps is an effect that some moves have.
     """
-    off = np.sort(left[~far_out(left - np.median(left), resolution)])
-    count, off = len(off), off - off.mean() if len(off) else off
-    square = float(np.mean(off**2)) if count >= _FEWEST else 0.0
+    near = left[~far_out(left - np.median(left), resolution)]
+    count = len(near)
+    if count < _FEWEST:
+        return None
+    off = np.sort(near - near.mean())
+    square = float(np.mean(off**2))
     if not square > 0 or float(np.mean(off**4)) / square**2 > 1.8 - _SURELY * math.sqrt(1.32 / count):
         return None
     first = np.arange(1, count)
-    low, whole = np.cumsum(off)[:-1] / first, off.sum()
-    high = (whole - np.cumsum(off)[:-1]) / (count - first)
+    below = np.cumsum(off)[:-1]  # the mean is 0: above is as much
+    low, high = below / first, -below / (count - first)
     at = int(np.argmax(first * (count - first) * (high - low) ** 2))
     if high[at] - low[at] <= _APART * resolution:
         return None

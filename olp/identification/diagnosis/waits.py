@@ -35,7 +35,8 @@ _ROUNDS, _LEAST = (
     12,
     2.0,
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
-_ONE_SIDED = 5  # times as many late moves as early ones, or as late as any is early; or so many later than any is early
+# Late moves for each early one; or moves that are later than any is early; or times as late as any is early.
+_ONE_SIDED = 5
 _TAILS = (1.5, 2.5, 4.0, 8.0, 30.0)  # degrees of freedom of a scatter
 _DEALS = 8  # ways to hold moves out
 _CLEARLY = 4.0  # times the scatter: where waits are looked for at first
