@@ -2,15 +2,17 @@
 
     python bench/load_repairs.py FOLDER [--half development|held-out] [--show]
 
-FOLDER holds git repositories of robot programs (bare ones too); programs are never run. Each repository's versions are
-put into a scratch folder one after the other, without merges, and every program that a
-commit changes is checked before and after, with the files of its version beside it.
+FOLDER is or holds git repositories of robot programs (bare ones too); programs are never run. Each repository's
+versions are put into a scratch folder one after the other, without merges, and every program that a commit changes
+is checked before and after, with the files of its version beside it.
 
-`repaired`: findings that a commit ended by changing their line, while the program stayed. `kept`: programs as the last
-commit leaves them; files that are refused as a whole are no programs. `told`: those with a finding, `right`: those
-whose findings `load_kept.tsv` all calls right, as a person read them (templates with gaps, fixtures of parsers, errors
-that stayed); all others count as false. `listed`: the errors of `load_repairs.tsv` (repository, commit that repairs it,
-file, a word of the line), read from the differences; `seen`: olp has a finding on such a line of the version before.
+`repaired`: findings that a commit ended by changing their line, while the program stayed; `declared`: by what it
+changed elsewhere. `broken`: findings on lines that a commit wrote. `kept`: programs as the last commit leaves them;
+files that are refused as a whole are no programs. `told`: those with a finding, `right`: those whose findings
+`load_kept.tsv` all calls right, as a person read them (templates with gaps, fixtures of parsers, errors that stayed);
+all others count as false. `listed`: the errors of `load_repairs.tsv` (repository, commit that repairs it, file, a word
+of the line), read from the differences; `seen`: olp has a finding on such a line of the version before, and none like
+it behind the commit. Of shallow copies, where files are absent, those that are there are used.
 
 The halves: repositories by the number of changed programs, the first, fourth, fifth, eighth … are for development.
 """
@@ -19,9 +21,9 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import shutil
 import subprocess
-import tarfile
 import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -82,6 +84,8 @@ class Sums:
     """Of one repository. `kept`: by language."""
 
     changes: int = 0
+    broken: int = 0
+    declared: int = 0
     repaired: Counter[str] = field(default_factory=Counter)
     kept: dict[str, Kept] = field(default_factory=lambda: defaultdict(Kept))
     listed: int = 0
@@ -89,6 +93,8 @@ class Sums:
 
     def add(self, other: Sums) -> None:
         self.changes += other.changes
+        self.broken += other.broken
+        self.declared += other.declared
         self.listed += other.listed
         self.seen += other.seen
         self.repaired += other.repaired
@@ -109,9 +115,11 @@ def main() -> None:
     parser.add_argument("--show", action="store_true", help="each finding")
     parser.add_argument("--listed", action="store_true", help="only commits of load_repairs.tsv")
     parser.add_argument("--kept", action="store_true", help="only the programs that stayed")
+    parser.add_argument("--history", action="store_true", help="only the commits")
     chosen = parser.parse_args()
     total = Sums()
-    print(f"{'changes':>8} {'repaired':>9} {'listed':>7} {'seen':>5} {'kept':>6} {'told':>6} {'right':>6}")
+    heads = ("changes", "broken", "repaired", "declared", "listed", "seen", "kept", "told", "right")
+    print("".join(f"{head:>9}" for head in heads))
     for name, place in repositories(chosen.folder, chosen.half):
         if chosen.only not in name:
             continue
@@ -131,18 +139,17 @@ def _row(name: str, sums: Sums) -> None:
     kept, told, right = (
         sum(getattr(one, what) for one in sums.kept.values()) for what in ("programs", "told", "right")
     )
-    print(
-        f"{sums.changes:8} {sum(sums.repaired.values()):9} {sums.listed:7} {sums.seen:5} {kept:6} {told:6} {right:6}"
-        f"  {name}",
-        flush=True,
-    )
+    repaired = sum(sums.repaired.values())
+    row = (sums.changes, sums.broken, repaired, sums.declared, sums.listed, sums.seen, kept, told, right)
+    print("".join(f"{count:9}" for count in row) + f"  {name}", flush=True)
 
 
 def repositories(folder: Path, half: str) -> list[tuple[str, Path]]:
     """Name and git directory of those that have programs."""
     found = []
     for place in sorted({path.parent for path in folder.rglob("HEAD") if (path.parent / "objects").is_dir()}):
-        name = next(one for one in reversed(place.relative_to(folder).parts) if one not in (".git", "repo"))
+        parts = (*folder.resolve().parts, *place.relative_to(folder).parts)
+        name = next(one for one in reversed(parts) if one not in (".git", "repo"))
         changes = sum(len(paths) for _, paths in commits(place))
         if changes or programs_at(place, last(place)):
             found.append((-changes, name, place))
@@ -153,17 +160,25 @@ def repositories(folder: Path, half: str) -> list[tuple[str, Path]]:
     ]
 
 
-def git(place: Path, *words: str) -> bytes:
-    return subprocess.run(["git", f"--git-dir={place}", *words], capture_output=True, check=False).stdout
+def git(place: Path, *words: str, stdin: bytes = b"") -> bytes:
+    return subprocess.run(
+        ["git", f"--git-dir={place}", *words],
+        input=stdin,
+        capture_output=True,
+        check=False,
+        env={**os.environ, "GIT_NO_LAZY_FETCH": "1"},
+    ).stdout
 
 
 def commits(place: Path) -> Iterator[tuple[str, list[str]]]:
-    """Each commit but the first, and the programs that it changes."""
-    words = ("log", "--reverse", "--no-merges", "--no-renames", "--diff-filter=M", "--name-only", "-z")
+    """Each commit but the first that adds or changes files, and the programs that it changes."""
+    words = ("log", "--reverse", "--no-merges", "--no-renames", "--diff-filter=AM", "--name-status", "-z")
     log = git(place, *words, "--format=%x01%H", "--all").decode("utf-8", "surrogateescape")
     for piece in log.split("\1")[1:]:
-        commit, *paths = (word.strip("\n") for word in piece.split("\0"))
-        yield commit, [path for path in paths if path.lower().endswith(SUFFIXES)]
+        commit, *words_of = (word.strip("\n") for word in piece.split("\0"))
+        words_of = [word for word in words_of if word]
+        rows = zip(words_of[::2], words_of[1::2], strict=False)
+        yield commit, [path for status, path in rows if status == "M" and path.lower().endswith(SUFFIXES)]
 
 
 def last(place: Path) -> str:
@@ -183,38 +198,48 @@ def of_repository(name: str, place: Path, chosen: argparse.Namespace) -> Sums:
     for repair in _listed():
         if repair.repository == name:
             listed[repair.commit].append(repair)
+    told_of: dict[str, list[Told]] = {}
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         for commit, paths in () if chosen.kept else commits(place):
             repairs = next((rows for short, rows in listed.items() if commit.startswith(short)), [])
-            if not paths or (chosen.listed and not repairs):
+            if not (repairs or (paths and not chosen.listed)):
                 continue
             sums.changes += len(paths)
             old, new = (_put(place, one, folder) for one in (f"{commit}~1", commit))
-            before = {path: told(old / path) for path in paths}
-            for path in paths:
-                after = told(new / path)
-                lines = set(_lines(new / path))
-                for one in before[path]:
-                    if one.text in lines or any(
-                        (one.code, one.message) == (a.code, a.message) for a in after
-                    ):
-                        continue
-                    sums.repaired[one.code] += 1
-                    if show:
+            judged = {
+                *paths,
+                *(repair.path for repair in repairs),
+                *(path for path in told_of if told_of[path]),
+            }
+            before, after = ({path: told(version / path) for path in judged} for version in (old, new))
+            told_of |= after
+            for path in sorted(judged):
+                broken, repaired, declared = _difference(
+                    before[path], _lines(old / path), after[path], _lines(new / path)
+                )
+                if not (new / path).is_file():
+                    continue
+                sums.broken += len(broken)
+                sums.repaired += Counter(one.code for one in repaired)
+                sums.declared += len(declared)
+                for kind, found in zip(
+                    ("broken", "repaired", "declared"), (broken, repaired, declared), strict=True
+                ):
+                    for one in found if show else ():
                         print(
-                            f"  repaired {commit[:7]} {path}:{one.line} {one.code} {one.message} | {one.text.strip()}"
+                            f"  {kind} {commit[:7]} {path}:{one.line} {one.code} {one.message} | {one.text.strip()}"
                         )
             for repair in repairs:
                 sums.listed += 1
-                rows = [one for one in before.get(repair.path, ()) if repair.word in one.text]
-                sums.seen += bool(rows)
+                seen = _seen(before[repair.path], after[repair.path], repair.word)
+                sums.seen += seen
                 if show:
-                    print(f"  {'seen' if rows else 'MISSED'} {repair.commit} {repair.path} {repair.word}")
+                    print(f"  {'seen' if seen else 'MISSED'} {repair.commit} {repair.path} {repair.word}")
             shutil.rmtree(old)
             shutil.rmtree(new)
         head = _put(place, last(place), folder)
-        for path in programs_at(place, last(place)):
+        for path in () if chosen.history else programs_at(place, last(place)):
             language = _language(head / path)
             if not language:
                 continue
@@ -231,6 +256,28 @@ def of_repository(name: str, place: Path, chosen: argparse.Namespace) -> Sums:
                     f"  kept {path}:{one.line} {one.code} {verdict}: {one.message} | {one.text.strip()[:100]}"
                 )
     return sums
+
+
+def _difference(
+    before: list[Told], old: list[str], after: list[Told], new: list[str]
+) -> tuple[list[Told], list[Told], list[Told]]:
+    """What a commit broke, what it repaired in its lines, and what elsewhere: findings of one version alone."""
+    told_before, told_after = ({(one.code, one.message) for one in found} for found in (before, after))
+    lines_before, lines_after = set(old), set(new)
+    gone = [b for b in before if (b.code, b.message) not in told_after]
+    return (
+        [a for a in after if a.text not in lines_before and (a.code, a.message) not in told_before],
+        [b for b in gone if b.text not in lines_after],
+        [b for b in gone if b.text in lines_after],
+    )
+
+
+def _seen(before: list[Told], after: list[Told], word: str) -> bool:
+    """Whether a line with this word has a finding that is gone behind the commit."""
+    gone = {(one.code, one.message, one.text) for one in before} - {
+        (one.code, one.message, one.text) for one in after
+    }
+    return any(word in text for _, _, text in gone)
 
 
 def _rows(path: Path) -> list[list[str]]:
@@ -258,12 +305,19 @@ def _verdict(repository: str, path: str, code: str) -> str:
 def _put(place: Path, commit: str, folder: Path) -> Path:
     """The programs of a version, in a new folder of `folder`: olp remembers folders by their paths."""
     made = Path(tempfile.mkdtemp(dir=folder))
-    names = programs_at(place, commit)
-    packed = git(place, "--literal-pathspecs", "archive", commit, "--", *names) if names else b""
-    if not packed:
-        return made
-    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
-        archive.extractall(made, [one for one in archive if one.isfile()], filter="data")
+    names = [name for name in programs_at(place, commit) if "\n" not in name]
+    wanted = "".join(f"{commit}:{name}\n" for name in names).encode("utf-8", "surrogateescape")
+    packed = io.BytesIO(git(place, "cat-file", "--batch", stdin=wanted))
+    for name in names:
+        head = packed.readline().split()
+        if len(head) != 3 or not head[2].isdigit():
+            continue  # absent
+        content = packed.read(int(head[2]))
+        packed.readline()
+        target = made / name
+        if target.resolve().is_relative_to(made.resolve()) and head[1] == b"blob":
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
     return made
 
 

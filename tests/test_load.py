@@ -433,6 +433,18 @@ def test_what_a_rapid_module_may_not_declare(
     assert told(tmp_path, "Cell.mod", text) == [expected]
 
 
+@pytest.mark.parametrize(
+    ("row", "code"), [("raw:=PackRawBytes(a);", "K112"), ("a:=TPWrite(a);", "K112"), ("raw:=other;", "K111")]
+)
+def test_what_rapid_data_cannot_be_set_to(tmp_path: Path, row: str, code: str) -> None:
+    """An instruction has no value, and data of a type without values take none."""
+    data = ["MODULE Cell", "VAR num a;", "VAR rawbytes raw;", "VAR rawbytes other;"]
+    text = "\n".join([*data, "PROC main()", row, "ENDPROC", "ENDMODULE", ""])
+    assert (code, 6) in told(tmp_path, "Cell.mod", text)
+    sound = text.replace(row, "GetJointData 1\\Position:=a;\nCopyRawBytes raw,1,other,1;\na:=Abs(a);")
+    assert told(tmp_path, "Cell.mod", sound) == []
+
+
 def test_what_a_rapid_module_may_declare(tmp_path: Path) -> None:
     data = ["RECORD r", "num x;", "ENDRECORD", "LOCAL PERS num a:=1;", "PERS num b;", "VAR num c{2,2,2};"]
     data += ["VAR clock t;", "VAR intnum i;"]
@@ -463,6 +475,47 @@ def test_a_list_of_krl_publishes_only_what_it_may(tmp_path: Path) -> None:
     text = "DEFDAT CELL\nDECL GLOBAL INT X=0\nENDDAT\n"
     assert told(tmp_path, "cell.dat", text) == [("K115", 2)]
     assert told(tmp_path, "cell.dat", text.replace("CELL", "CELL PUBLIC")) == []
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "INT A=FALSE",
+        "DECL BOOL A=5",
+        "REAL A=TRUE",
+        "INT A[3]=TRUE",
+        "FRAME A=5",
+        "BOOL A=#ON",
+        "AXIS A={X 1}",
+    ],
+)
+def test_the_first_value_in_a_list_of_krl_is_of_the_kind_that_is_declared(tmp_path: Path, row: str) -> None:
+    sound = [
+        "INT A=-3",
+        "REAL A=2",
+        "INT A='B101'",
+        "BOOL A=FALSE",
+        'CHAR A[3]="abc"',
+        "FRAME A={FRAME: X 1}",
+    ]
+    for one in sound:
+        assert told(tmp_path, "cell.dat", f"DEFDAT CELL\n{one}\nENDDAT\n") == []
+    ((_, line),) = told(tmp_path, "cell.dat", f"DEFDAT CELL\n{row}\nENDDAT\n")
+    assert line == 2
+
+
+def test_variables_of_another_modules_list_are_seen_where_they_are_global_alone(tmp_path: Path) -> None:
+    (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG PUBLIC\nINT PARTS=1\nENDDAT\n")
+    text = "DEF CELL()\nINT N\nN=COUNTED+PARTS\nN=COUNTED\nEND\n"
+    for row, expected in (("INT COUNTED=1", [("K101", 3)]), ("DECL GLOBAL INT COUNTED=1", [])):
+        (tmp_path / "other.dat").write_text(f"DEFDAT OTHER PUBLIC\n{row}\nENDDAT\n")
+        assert told(tmp_path, "cell.src", text) == expected
+    (tmp_path / "other.dat").write_text("DEFDAT OTHER PUBLIC\nINT COUNTED=1\nENDDAT\n")
+    (tmp_path / "cell.dat").write_text("DEFDAT CELL\nIMPORT INT COUNTED IS \\OTHER..COUNTED\nENDDAT\n")
+    assert told(tmp_path, "cell.src", text) == []
+    (tmp_path / "cell.dat").unlink()
+    (tmp_path / "$config.dat").unlink()  # which may declare another COUNTED
+    assert told(tmp_path, "cell.src", text) == []
 
 
 def test_a_krl_module_may_say_this(tmp_path: Path) -> None:

@@ -4,7 +4,9 @@ Integrators", KSS 8: names, declarations, files; error list of the compiler).
 K107 (first values that are computed) and K109 (components, indices, constants of enumerations) are from memory of that
 manual; so are, from "Expert Programming" (KSS 5): the three dimensions of an array, interrupts of the priorities 1 to
 128, SWITCH with at least one CASE, constants that nothing sets, GLOBAL in lists that are PUBLIC alone. From the
-"Quickguide KRL-Syntax" (KSS 8): an index is a whole number.
+"Quickguide KRL-Syntax" (KSS 8): an index is a whole number. From memory of "Expert Programming", data
+lists: other modules see what is GLOBAL or imported, of $config.dat all; a first value is of the declared type (both
+were repaired in a real history).
 """
 
 from __future__ import annotations
@@ -93,6 +95,7 @@ _NAMED: Final = re.compile(r"\s*([$A-Za-z_][\w$]*)\s*(\[[^\]]*\])?")
 
 
 _SET: Final = re.compile(r"([A-Za-z_]\w*)\s*(?:\[[^\]]*\]|\.\s*\w+)*\s*=(?!=)")
+_IMPORTED: Final = re.compile(r"IMPORT\s+\w+\s+(\w+)", re.IGNORECASE)
 _PRIORITY: Final = re.compile(r"(?:GLOBAL\s+)?INTERRUPT\s+DECL\s+(\d+)\b", re.IGNORECASE)
 _LEAST_PRIORITY: Final = 128
 _MOST_DIMENSIONS: Final = 3
@@ -144,7 +147,10 @@ class File:
     used: set[str] = field(default_factory=set)  # names in statements, in small letters
     computed: list[Name] = field(default_factory=list)  # declared with a value that is no constant
     valued: list[Name] = field(default_factory=list)  # declared with a value
+    values: list[tuple[int, str]] = field(default_factory=list)  # `NAME = VALUE` of these, with their lines
     published: list[Name] = field(default_factory=list)  # GLOBAL variables of the list
+    imported: set[str] = field(default_factory=set)  # names that IMPORT gives to variables of other lists
+    visible: set[str] = field(default_factory=set)  # names of the list that all modules may use
     repeated: list[tuple[str, Name]] = field(
         default_factory=list
     )  # constants of an enumeration that it has already
@@ -210,6 +216,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         found.doubles((name.key, name.text, name.span) for name, _ in own.names)
         for name, kind in own.names:
             _type(found, name, kind, types)
+        _first_values(found, own, Structures.of(file for _, file in files))
         return found.finish({kind.upper() for kind in types}, whole=False, shared=True)
     mine = stem(source.path)
     beside = [file for one, file in files[1:] if stem(one.path) == mine and file.list_name is not None]
@@ -234,9 +241,15 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     lists = {n.key: (n, kind) for file in (own, *beside) for n, kind in file.names}
     users = _users_lines(source)
     hidden = {r.name.key: one.path for one, file in files[1:] for r in file.routines[1:] if not r.shared}
+    configured = any(stem(one.path) == "$CONFIG" for one, _ in files)
+    visible = {key for file in (own, *beside) for key in file.imported}.union(*(f.visible for _, f in files))
+    kept = {
+        n.key: one.path for one, file in files for n, _ in file.names if n.key not in lists.keys() | visible
+    }
+    shared_names = set(shared) - (kept.keys() if configured else set())
     found.doubles((r.name.key, r.name.text, r.name.span) for r in own.routines)
     for routine in own.routines:
-        _routine(found, routine, shared, routines, types, lists, structures)
+        _routine(found, routine, shared, shared_names, routines, types, lists, structures)
         _kept(
             found,
             routine,
@@ -244,14 +257,21 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         )
     names = {n.text for _, file in files for n, _ in file.names} | {r.name.text for r in routines.values()}
     names |= {n.text for r in own.routines for n, _ in r.names} | {kind.upper() for kind in types}
-    configured = any(stem(one.path) == "$CONFIG" for one, _ in files)
     complete = configured and _is_complete((file for _, file in files), names)
     found.unknown = [one for one in found.unknown if users is None or one[1].line in users]
+    once: set[str] = set()
     for name, span, what in list(found.unknown):
         if what == "the routine" and name.casefold() in hidden:
             found.unknown.remove((name, span, what))
             says = f"{name} of {Path(hidden[name.casefold()]).name} is not GLOBAL: no other module calls it"
             found.tell("K101", says, span, f"GLOBAL DEF {name}")
+        elif configured and what != "the routine" and (path := kept.get(name.casefold())):
+            found.unknown.remove((name, span, what))
+            if name.casefold() in once:
+                continue
+            once.add(name.casefold())
+            says = f"{name} of {Path(path).name} is not GLOBAL: no other module sees it"
+            found.tell("K101", says, span, "DEFDAT … PUBLIC and DECL GLOBAL, or declare it in $config.dat")
     return found.finish(names, complete and _in_tree(source), shared=not configured, complete=complete)
 
 
@@ -316,6 +336,9 @@ def file_of(source: Source) -> File:
                 file.public = bool(match[2]) or match[1].startswith("$")
             in_list = True
             continue
+        if imported := _IMPORTED.match(code):
+            file.imported.add(imported[1].casefold())
+            continue
         if _INERT.match(code) and not in_list:
             if routine is not None and word in _ENDS.values():
                 routine.end = Name(word, _span(line, number, line.split()[0]))
@@ -336,6 +359,9 @@ def file_of(source: Source) -> File:
                 routine.late.append((number, line))
         else:
             file.names += declared
+            whole = file.list_name is None or file.list_name.text.startswith("$")
+            if whole or re.search(r"\bGLOBAL\b", code.split("=", 1)[0], re.IGNORECASE):
+                file.visible |= {name.key for name, _ in declared}
     return file
 
 
@@ -397,6 +423,7 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
                 file.computed.append(found[-1][0])
             if value.startswith("="):
                 file.valued.append(found[-1][0])
+                file.values.append((number, part.strip()))
     return found
 
 
@@ -472,6 +499,7 @@ def _routine(
     found: LoadFindings,
     routine: KrlRoutine,
     shared: dict[str, str],
+    shared_names: set[str],
     routines: dict[str, KrlRoutine],
     types: set[str],
     lists: dict[str, tuple[Name, str]],
@@ -501,7 +529,7 @@ def _routine(
         if parameter.key not in own and parameter.key not in _WORDS:
             help = f"declare it below {routine.kind}: DECL REAL {parameter.text}"
             found.tell("K101", f"the parameter {parameter.text} has no type", parameter.span, help)
-    scope = _KrlScope(local | set(lists), set(shared), routines, kinds, structures, routine)
+    scope = _KrlScope(local | set(lists), shared_names, routines, kinds, structures, routine)
     in_spline = ""
     for number, code in routine.body:
         word = code.split(None, 1)[0].upper()
@@ -579,10 +607,26 @@ class _KrlScope:
     routine: KrlRoutine
 
 
+def _tokens(found: LoadFindings, number: int, code: str) -> list[_Token]:
+    offset = max(0, found.source.line(number).find(code[:8]))
+    return [(m.lastgroup, m[0], m.start() + offset + 1) for m in _TOKEN.finditer(code)]
+
+
+def _first_values(found: LoadFindings, file: File, structures: Structures) -> None:
+    """First values of a list that are of another kind, or have components and constants that their type does not."""
+    of_list = KrlRoutine(file.list_name or Name("", Span(1, 1, 1)), "DEFDAT")
+    scope = _KrlScope(set(), set(), {}, {n.key: kind for n, kind in file.names}, structures, of_list)
+    for number, code in file.values:
+        tokens = _tokens(found, number, code)
+        sign = next(i for i, t in enumerate(tokens) if t[1] == "=")
+        says = "".join(t[1] for t in tokens[:sign]) + " is"
+        _fits(found, number, _kind_of(tokens[:sign], scope), tokens[sign + 1 :], scope, says)
+        _constants(found, number, tokens, scope)
+        _aggregates(found, number, tokens, scope)
+
+
 def _line(found: LoadFindings, number: int, code: str, scope: _KrlScope) -> None:
-    line = found.source.line(number)
-    offset = max(0, line.find(code[:8]))
-    tokens = [(m.lastgroup, m[0], m.start() + offset + 1) for m in _TOKEN.finditer(code)]
+    tokens = _tokens(found, number, code)
     if not tokens or re.match(r"[A-Za-z_]\w*\s*:\s*$", code):
         return
     head = tokens[0][1].casefold()

@@ -15,7 +15,8 @@ from olp.ir.transformer import calls_nothing, expressions_of, mapped
 #
 # From the tables of contents of ABB's "Technical reference manual: RAPID Instructions, Functions and Data types"
 # (3HAC050917, RobotWare 6) and the list of reserved words in "RAPID kernel" (3HAC050946). Options add further names:
-# a name that is not here need not be wrong.
+# a name that is not here need not be wrong. The last of both tables, ActEventBuffer to TryInt and CamGetMode to
+# SafetyControllerGet…, are from memory of the manual; GetJointData is called in rpiRobotics/abb_motion_program_exec.
 
 _RESERVED: Final = """
     alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc
@@ -75,6 +76,11 @@ _INSTRUCTIONS: Final = """
     cyclicbrakecheck setbrush cssact cssdeact cssdeactmovel cssforceoffsetact
     writeanybin writebin writeblock writecfgdata writerawbytes writestrbin writevar writevararr wzboxdef
     wzcyldef wzdisable wzdoset wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
+    acteventbuffer aliascamera camstartsetparameter capcondsetdo capequidist capl caplatrsetup capnoprocess
+    capweavesync deacteventbuffer ditheract ditherdeact errraise fitcircle getgroupsignalinfo getjointdata
+    gettorquemargin ioctrlaxis_refsync ioctrlaxis_refsyncoff ioctrlaxis_refsyncon ipathpos pathlengthreset
+    pathlengthstart pathlengthstop siclose siconnect sigetcyclic sisetcyclic softelbow stepbwdpath
+    triggdatacopy triggdatareset tryint
 """
 INSTRUCTIONS: Final = frozenset(_INSTRUCTIONS.split())
 
@@ -102,6 +108,9 @@ _FUNCTIONS: Final = """
     taskisactive taskisexecuting taskruninsyncedmode taskrunmec taskrunrob tasksinsync testandset testdi
     testsignread textget texttabfreetouse texttabget triggdatavalid trunc truncdnum type uialphaentry
     uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio valtostr vectmagn
+    camgetmode capgetfailsigs crossprod gettspstatus getuasusername issysid maxextreorientspeed
+    maxrobreorientspeed progmemfree prxgetmaxrecordpos safetycontrollergetchecksum
+    safetycontrollergetopmodepincode safetycontrollergetswversion safetycontrollergetuserchecksum
 """
 FUNCTIONS: Final = frozenset(_FUNCTIONS.split())
 

@@ -2,8 +2,8 @@
 
 First values with variables in them (K107), names of labels (K102), what stands behind what in a module (K106), values
 that a LOCAL PERS needs and a signal or clock has not, the three dimensions of an array, RETRY and TRYNEXT outside of a
-handler and CONNECT of a routine's own variable ("RAPID Instructions": it must not be declared within a routine) are
-from memory of these manuals.
+handler, CONNECT of a routine's own variable ("RAPID Instructions": it must not be declared within a routine) and data
+that := does not set ("RAPID overview": non-value data types) are from memory of these manuals.
 """
 
 from __future__ import annotations
@@ -525,6 +525,8 @@ def _assignment(
     if one is not None and len(left) == 1 and not one.array and right:
         if one.type.startswith("signal"):
             found.tell("K111", f"{target.text} is a signal: := does not set it", target.span, "write SetDO")
+        elif one.type in _WITHOUT_VALUES:
+            found.tell("K111", f"{target.text} is {one.type}, which := does not set", target.span)
         else:
             given = _type_of(right, shared, scope.local)
             _match(found, shared, one.type, given, right[0].span, f"{target.text} is {one.type}")
@@ -749,6 +751,9 @@ def _indices(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[R
         found.tell("K109", says, s[at].span)
 
 
+_BEFORE_VALUES: Final = frozenset((":=", "(", "[", ",", "+", "-", "*", "/", *_TRUTHS))
+
+
 def _function(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken], at: int) -> None:
     token = s[at]
     end = _closes(s, at + 1)
@@ -765,6 +770,8 @@ def _function(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[
             _given(found, shared, scope, token, inner)
     elif token.key not in INSTRUCTIONS:
         found.unknown.append((token.text, token.span, "the function"))
+    elif at and (s[at - 1].text in _BEFORE_VALUES or s[at - 1].key in _OPERATORS):
+        found.tell("K112", f"{token.text} is an instruction and has no value", token.span)
 
 
 def _called(s: list[RapidToken], at: int) -> str:
