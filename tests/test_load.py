@@ -417,6 +417,8 @@ def test_each_mistake_in_urscript_is_told(
 RAPID_RULES = (
     (["LOCAL PERS num a;"], [], [], ("K107", 2)),
     (["VAR signaldi di1:=1;"], [], [], ("K107", 2)),
+    (["VAR num a:=Abs(-1);"], [], [], ("K107", 2)),
+    ([], ["VAR jointtarget j:=CJointT();"], [], ("K107", 3)),
     (["VAR num a{2,2,2,2};"], [], [], ("K109", 2)),
     (["VAR num a:=1;", "RECORD r", "num x;", "ENDRECORD"], [], [], ("K106", 3)),
     ([], [], ["VAR num a:=1;"], ("K106", 4)),
@@ -443,6 +445,18 @@ def test_what_rapid_data_cannot_be_set_to(tmp_path: Path, row: str, code: str) -
     assert (code, 6) in told(tmp_path, "Cell.mod", text)
     sound = text.replace(row, "GetJointData 1\\Position:=a;\nCopyRawBytes raw,1,other,1;\na:=Abs(a);")
     assert told(tmp_path, "Cell.mod", sound) == []
+
+
+@pytest.mark.parametrize(
+    ("row", "told_here"),
+    [("PERS num state;", [("K108", 2)]), ("PERS string state{2};", [("K108", 2)])]
+    + [(row, []) for row in ("PERS num state{2};", "TASK PERS num state;", "LOCAL PERS num state:=1;")],
+)
+def test_a_pers_of_several_tasks_is_declared_alike(
+    tmp_path: Path, row: str, told_here: list[tuple[str, int]]
+) -> None:
+    (tmp_path / "Other.mod").write_text("MODULE Other\nPERS num state{2};\nENDMODULE\n")
+    assert told(tmp_path, "Cell.mod", f"MODULE Cell\n{row}\nENDMODULE\n") == told_here
 
 
 def test_what_a_rapid_module_may_declare(tmp_path: Path) -> None:

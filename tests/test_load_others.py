@@ -228,6 +228,7 @@ def test_a_sound_program_is_told_nothing_of(language: str, tmp_path: Path) -> No
         ("inform", "GETARG", "GETTARG", ("K101", 20)),
         ("inform", "JOB:WELD", "JOB:WELDS", ("K101", 24)),
         ("inform", "VJ=25.00", "V=25.0", ("K108", 18)),
+        ("inform", "VJ=25.00 PL=2", "VJ=25.00 +MOVJ C00001 V=10.0", ("K108", 18)),
         ("inform", "V=187.0", "VJ=18.00", ("K108", 19)),
         ("inform", "V=187.0", "V=187.0 ACC=101", ("K109", 19)),
         ("inform", "SET B003 255", "TIMER T=656.00", ("K109", 21)),

@@ -4,7 +4,7 @@ From the survey of published jobs and manuals that the readers are made from: th
 the DX100; the eight arguments of a job; ///LVARS, which counts the local variables; `'`, which begins a comment only on
 a line of its own below NOP; tools and user frames up to 63; that jobs without ///GROUP1 do not move.
 From memory of the INFORM manuals: labels are unique, the ranges of B, I and D, VJ up to 100 %, and `_WRONG`: none of 95
-public jobs breaks one of its rules.
+public jobs breaks one of its rules; the speeds of a second group's move were repaired in a real history.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ _SET: Final = re.compile(r"\s*SET\s+L?([BID])\d+\s+(-?\d+)\s*$")
 _SHARE: Final = re.compile(r"\bVJ=(\d+(?:\.\d*)?)(?![\w.])")
 _WRONG: Final = (
     WrongForm(
-        re.compile(r"^\s*S?MOVJ\b[^+]*?\sV[RE]?=\S*"),
+        re.compile(r"(?:^|\+)\s*S?MOVJ\b[^+]*?\sV[RE]?=\S*"),
         "K108",
         "a joint move with the speed of a line",
         "VJ= in percent",
     ),
     WrongForm(
-        re.compile(r"^\s*S?MOV[LCS]\b[^+]*?\sVJ=\S*"),
+        re.compile(r"(?:^|\+)\s*S?MOV[LCS]\b[^+]*?\sVJ=\S*"),
         "K108",
         "a line with the speed of a joint move",
         "V= in mm/s",

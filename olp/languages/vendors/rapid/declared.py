@@ -38,7 +38,7 @@ class RapidToken(NamedTuple):
 @dataclass(slots=True)
 class Data:
     """A declaration. `kind`: var, pers, const, or parameter and loop; `sizes`: one text for each index of an array,
-    `*` where a parameter leaves it open; `mode`: inout, var or pers of a parameter.
+    `*` where a parameter leaves it open; `mode`: inout, var or pers of a parameter. `task`: other tasks do not see it.
     """
 
     name: RapidToken
@@ -47,6 +47,7 @@ class Data:
     local: bool = False
     sizes: tuple[str, ...] = ()
     mode: str = ""
+    task: bool = False
 
     @property
     def array(self) -> bool:
@@ -123,7 +124,7 @@ class _Reader:
     def read(self) -> Module:
         m = self.module
         while self.at < len(self.tokens):
-            local = self.key() == "local"
+            local, task = self.key() == "local", self.key() == "task"
             word = self.key(1) if self.key() in ("local", "task") else self.key()
             self.at += self.key() in ("local", "task")
             if word == "module":
@@ -133,7 +134,7 @@ class _Reader:
             elif word in _KINDS:
                 if m.routines:
                     m.late.append(self.tokens[self.at])
-                m.data += self.declaration(local, m.values)
+                m.data += self.declaration(local, task, m.values)
             elif word in _ROUTINES:
                 m.routines.append(self.routine(local))
             elif word in ("record", "alias"):
@@ -166,11 +167,11 @@ class _Reader:
                     members[token.key] = kind
         self.at += 1
 
-    def declaration(self, local: bool, values: list[tuple[Data, list[RapidToken]]]) -> list[Data]:
+    def declaration(self, local: bool, task: bool, values: list[tuple[Data, list[RapidToken]]]) -> list[Data]:
         row = self.until(";")
         if len(row) < 3 or row[1].kind != "word" or row[2].kind != "word":
             return []
-        data = Data(row[2], row[1].key, row[0].key, local, _sizes(row[3:]))
+        data = Data(row[2], row[1].key, row[0].key, local, _sizes(row[3:]), task=task)
         begins = next((i for i, t in enumerate(row) if t.text == ":="), len(row))
         values.append((data, row[begins + 1 :]))
         return [data]
@@ -192,7 +193,7 @@ class _Reader:
             if self.key() in _KINDS and self.key(2) and self.tokens[self.at + 1].kind == "word":
                 if begun:
                     routine.late.append(self.tokens[self.at])
-                routine.data += self.declaration(False, self.module.values)
+                routine.data += self.declaration(False, False, self.module.values)
                 continue
             begun = True
             routine.body.append(self.tokens[self.at])

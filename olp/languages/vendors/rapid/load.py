@@ -1,9 +1,10 @@
 """What an IRC5 or OmniCore controller refuses when it loads a RAPID module ("RAPID kernel", 3HAC050946).
 
-First values with variables in them (K107), names of labels (K102), what stands behind what in a module (K106), values
-that a LOCAL PERS needs and a signal or clock has not, the three dimensions of an array, RETRY and TRYNEXT outside of a
-handler, CONNECT of a routine's own variable ("RAPID Instructions": it must not be declared within a routine) and data
-that := does not set ("RAPID overview": non-value data types) are from memory of these manuals.
+First values with variables or functions in them (K107: "constant expressions"), names of labels (K102), what stands
+behind what in a module (K106), values that a LOCAL PERS needs and a signal or clock has not, the three dimensions of an
+array, RETRY and TRYNEXT outside of a handler, CONNECT of a routine's own variable ("RAPID Instructions": it must not be
+declared within a routine) and data that := does not set ("RAPID overview": non-value data types) are from memory of
+these manuals.
 """
 
 from __future__ import annotations
@@ -89,6 +90,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         return []  # no module: other makers have files of the same ending
     _texts(found, own, _NAME_LENGTH.get(cell.controller, 32))
     _duplicates(found, own, modules[1:] if _is_task(source) else [])
+    _persistents(found, own, modules[1:])
     for token in own.late:
         help = "a module declares its types, then its data, then its routines"
         found.tell("K106", f"{token.text} stands behind what a module declares later", token.span, help)
@@ -180,6 +182,22 @@ def _duplicates(found: LoadFindings, own: Module, others: list[Module]) -> None:
             )
 
 
+def _persistents(found: LoadFindings, own: Module, others: list[Module]) -> None:
+    """PERS that another module declares otherwise: tasks that have one of a name share it."""
+    for module in others:
+        theirs = {d.name.key: d for d in module.data if d.kind == "pers" and not (d.local or d.task)}
+        for data in own.data if module.name and module.name != own.name else ():
+            other = theirs.get(data.name.key)
+            if data.kind != "pers" or data.local or data.task or other is None:
+                continue
+            if (data.type, len(data.sizes)) != (other.type, len(other.sizes)):
+                shape = f"{{{','.join(other.sizes)}}}" if other.sizes else ""
+                says = f"the PERS {data.name.text} is {other.type}{shape} in the module {module.name}"
+                found.tell(
+                    "K108", says, data.name.span, "declare it alike, or make one of them TASK or LOCAL"
+                )
+
+
 def _shared_names(module: Module) -> list[RapidToken]:
     """The names that other modules see."""
     return [
@@ -269,13 +287,18 @@ def _first_value(
     value: list[RapidToken],
     inner: Set[str],
 ) -> None:
-    """A first value with a variable in it, or with fewer or more elements than its array.
+    """A first value with a variable or a function in it, or with fewer or more elements than its array.
 
     `inner`: the names that routines declare for themselves, which may hide those of the module.
     """
-    for before, token in zip([None, *value], value, strict=False):
-        if token.kind != "word" or (before is not None and before.text in (".", "\\")) or token.key in inner:
+    for at, token in enumerate(value):
+        if token.kind != "word" or (at and value[at - 1].text in (".", "\\")) or token.key in inner:
             continue
+        called = at + 1 < len(value) and value[at + 1].text == "("
+        if called and (token.key in FUNCTIONS or token.key in shared.routines):
+            says = f"{data.name.text} begins with the value of {token.text}, which is computed"
+            found.tell("K107", says, token.span, "assign it in a routine")
+            return
         one = shared.data.get(token.key)
         if one is not None and one.kind in ("var", "pers"):
             says = f"{data.name.text} begins with {token.text}, which is no constant"
