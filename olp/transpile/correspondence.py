@@ -226,6 +226,7 @@ class SharedUnknowns:
     translated: Translated
     vendor: str
     _compared: list[Mapping[UnknownThing, tuple[int, ...]]] = field(default_factory=list)  # once for all runs
+    _of_data: dict[UnknownThing, UnknownThing] = field(default_factory=dict)  # likewise
 
     @property
     def types(self) -> dict[str, str]:
@@ -265,7 +266,9 @@ class SharedUnknowns:
         return MadeUpRun(source, target, made, lambda thing: self._run(both, seed, choices, thing))
 
     def _there(self, here: MadeUp) -> MadeUp:
-        origins = dict(self._origins(here))
+        if not self._of_data:
+            self._of_data.update(self._data_origins())
+        origins = {**self._of_data, **dict(self._origins(here))}
         return MadeUp(
             here.seed,
             origins,
@@ -288,11 +291,14 @@ class SharedUnknowns:
 
     # --- which is which -------------------------------------------------------------------------------------
 
+    def _data_origins(self) -> Iterator[tuple[UnknownThing, UnknownThing]]:
+        """What is called as it was; one language may fold its letters."""
+        for d in self.translated.program.data:
+            old = UnknownThing("variable", self._folded(d.name, self.program.vendor))
+            yield from ((name, old) for name in self._there_named(d.name))
+
     def _origins(self, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
-        """A thing of the translation, and what it is in the source."""
-        for d in self.translated.program.data:  # what is called as it was; one language may fold its letters
-            for name in self._there_named(d.name):
-                yield name, UnknownThing("variable", self._folded(d.name, self.program.vendor))
+        """A thing of the translation that has a new name, and what it is in the source."""
         mapping = self.translated.mapping
         # A register that got its comment's name, which was made legal, and then became a register: three steps.
         step = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
