@@ -431,6 +431,21 @@ def test_beside_written_accelerations_three_lines_tell_a_time_of_the_simulation(
         assert found == pytest.approx(law, abs=1e-4)
 
 
+@pytest.mark.parametrize(("share", "stop"), [(1.0, 0.15), (0.8, 0.0)])
+def test_without_written_accelerations_lines_of_one_length_tell_a_time_beside_speeds_as_written(share, stop):
+    """A machine is loaded from above at three speeds: two numbers, a share of the speeds and an acceleration, would
+    come near to both."""
+    way, speed = np.full(18, 0.231), np.tile([0.12, 0.25, 0.4], 6)
+    sim = np.round(way / (share * speed) + share * speed / 2.5 + stop, 4)
+    unknown, every = np.full(18, np.nan), np.ones(18, dtype=bool)
+    found = simulation_laws.ramps_of(way, speed, unknown, sim, every)
+    if stop:
+        assert found == pytest.approx(SimulatedRamps(stronger=2.5, stop=stop), rel=2e-3)
+    else:
+        assert found == SimulatedRamps()
+        assert simulation_laws.tuned(way, speed, unknown, sim, every)[0] == pytest.approx(share, rel=1e-3)
+
+
 def test_a_share_of_accelerations_that_most_lines_of_one_speed_agree_on_is_a_time_that_all_have():
     """A machine is tended by lines of which one in six is quicker; at one speed a weaker ramp would be the same."""
     way, speed = np.tile([0.2, 0.23, 0.34, 0.2, 0.34, 0.23], 6), np.tile([0.36] * 5 + [0.39], 6)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from bench.fifth_author.arm import forward, inverse, orientation, write_robot
-from bench.fifth_author.engine import SampledMove, chain_seconds
+from bench.fifth_author.cells import palletise
+from bench.fifth_author.engine import Controller, SampledMove, chain_seconds, run
+from bench.fifth_author.recorders import Dress, Recorder, write_head, write_table
 from bench.fifth_author.score import judge
 from bench.fifth_author.sealing import draw_arm, generate
 from olp.identification.recorded_plan import case_of
@@ -47,3 +49,28 @@ def test_a_move_between_stops_takes_what_constant_acceleration_takes():
     ramps = 500.0 / 2000.0 + 500.0 / 1000.0
     cruise = (400.0 - 0.5 * 500.0 * ramps) / 500.0
     assert chain_seconds([move], []) == [pytest.approx(ramps + cruise, rel=1e-9)]
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_joint_moves_between_lines_ramp_as_the_lines_do_where_that_makes_their_accelerations_alike(
+    smooth, tmp_path
+):
+    """A controller that knows no corner between a line and a joint move stops there, with ramps of one law."""
+    rng = np.random.default_rng(8)
+    arm = draw_arm(rng)
+    programs = (palletise(np.random.default_rng(seed), arm, 40) for seed in range(20))
+    moves = next(
+        some for some in programs if some[0].blend == 0 and some[2].kind == "joint" and some[2].blend
+    )
+    controller = Controller(3500.0, arm.speeds, arm.accelerations, ramp_time=0.06, s_curve=smooth)
+    sim = run(moves, [controller] * len(moves), arm)
+    dress = Dress(True, True, False, True, False, False, True, "file", 4, False)
+    write_table(rng, tmp_path, moves, sim, sim, dress, 3500.0)
+    write_head(tmp_path, Recorder("white", 1e-4, False), dress, arm, rng)
+    case = case_of(read_recording(tmp_path)).case
+    assert np.abs(case.base.duration() - sim).max() < 5e-4
+    assert case.base.accelerate[~case.joint] == pytest.approx(3.5, rel=1e-3)
+    leading = np.argmax(np.abs(case.rates.path[case.joint, 0]), axis=1)
+    for axis in np.unique(leading).tolist():
+        own = case.base.accelerate[case.joint][leading == axis]
+        assert own == pytest.approx(arm.accelerations[axis], rel=0.02)

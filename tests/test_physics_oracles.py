@@ -429,6 +429,66 @@ def test_moves_against_viscous_friction_take_what_integrating_it_takes(key):
     assert grown > 5
 
 
+def rounded_case(law, rounding, passed=0.0):
+    """Long lines with both ends rounded by `rounding` (n,) [m], and what arcs there are passed with."""
+    case = long_case()
+    ends = {"round_start": rounding, "round_end": rounding, "open_start": passed, "open_end": passed}
+    none = np.zeros(len(case))
+    return case, case.base.with_(
+        law=law, overlap=1.0, split=1.0, corners=None, added=none, least=none, **ends
+    )
+
+
+def acting(name, case, base, share):
+    """A motion whose force changes by the `share` up to the highest speed, and the force (n,) of each ramp."""
+    term = load_term(name)
+    form = next(f for f in term.forms(case) if f.key in ("", "path line"))
+    a, most = base.accelerate, base.speed.max()
+    value = share * float((a / base.speed).min()) if name == "viscous-friction" else most / share
+    if name == "viscous-friction":
+        forces = (lambda v: a - value * v, lambda v: a + value * v)
+    else:
+        forces = (lambda v: a * (1 - v / value),) * 2
+    return term.act(base, form, np.array([value]), case), forces
+
+
+@pytest.mark.parametrize("name", ["viscous-friction", "torque-speed"])
+def test_near_rest_a_corner_is_rounded_with_the_whole_force(name):
+    """The last 4 % of braking, which begin at a fifth of the speed: forces that go by speed are hardly felt there."""
+    case = long_case()
+    ramp = case.base.speed**2 / (2 * case.base.decelerate)
+    case, base = rounded_case("braking", 0.04 * ramp)
+    moved, (_, brake) = acting(name, case, base, 0.6)
+    saved = moved.with_(law="stop").duration() - moved.duration()
+    steps, covered, expected = 4000, np.zeros(len(case)), np.zeros(len(case))
+    for k in range(steps):  # speeding up from rest with the force of the brake is braking, played backwards
+        v = (k + 0.5) / steps * base.speed
+        took = base.speed / steps / brake(v)
+        expected += np.where(covered < base.round_end, took, 0.0)
+        covered += v * took
+    assert saved == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["viscous-friction", "torque-speed"])
+def test_between_arcs_ramps_are_those_above_the_speed_of_the_arc(name):
+    """They begin and end at 60 % of the speed, where such forces are stronger than over the whole ramp."""
+    case = long_case()
+    rounding = np.full(len(case), 0.001)
+    case, base = rounded_case("arc", rounding, (0.6 * case.base.speed) ** 2 / 0.001)
+    moved, forces = acting(name, case, base, 0.3)
+    steps, seconds, way, felt = 4000, np.zeros(len(case)), np.zeros(len(case)), np.zeros(len(case))
+    for k in range(steps):
+        v = base.speed * (0.6 + 0.4 * (k + 0.5) / steps)
+        for force in forces:
+            took = 0.4 * base.speed / steps / force(v)
+            seconds, way = seconds + took, way + v * took
+            felt += (1 - v / base.speed) * np.abs(took - 0.4 * base.speed / steps / base.accelerate)
+    long = 1.5 * base.speed**2 / base.accelerate < base.way  # also from rest to rest
+    expected = (seconds + (base.way - way) / base.speed)[long]
+    assert long.sum() > 5
+    assert (np.abs(moved.duration()[long] - expected) < 0.1 * felt[long]).all()
+
+
 # --- limits of axes ---------------------------------------------------------------------------------------------------
 
 

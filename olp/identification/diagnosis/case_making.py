@@ -484,7 +484,8 @@ def _base(judged: _Judged) -> _SimulatedMotion:
     A simulation that was tuned runs at a share of what is written.
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
     acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes
-    nearest to the simulation.
+    nearest to the simulation. Where it stops at every corner, joint moves have the lines' law if that makes the
+    accelerations of each axis alike.
     """
     moves, rows, pace, times, ends, blend, _ = judged
     simulated = _SimulatedRows(
@@ -498,7 +499,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         moves.kind[rows] == JOINT,
         ends.end[rows],
     )
-    laws = [SimulatedRamps()]
+    laws, everywhere = [SimulatedRamps()], False
     if not times.own:
         laws, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
         simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
@@ -518,6 +519,13 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         tried += [whole(law, turning=law) for law in laws if not simulated.plain.any()]
         other = min(tried, key=lambda made: made.everywhere, default=best)
         best = other if other.everywhere < _NEARER * best.everywhere else best
+    if everywhere and pace.axes is None and best.straight.told and simulated.joint.any():
+        joint, leading = simulated.joint, pace.leading[rows]
+        stopping = simulated._replace(waits=simulated.waits | joint)
+        other = _by_law(judged, stopping, best.straight, turning=best.straight)
+        alike, unlike = (_unlike(made.motion.accelerate[joint], leading[joint]) for made in (other, best))
+        near = other.everywhere <= max(best.everywhere, _CORNERS_RIGHT)
+        best = other if near and alike < _NEARER * unlike else best
     return best
 
 

@@ -453,8 +453,9 @@ _DIGIT = 0.51  # of a simulated time's last digit: a law that is nearer is the s
 _COARSEST = 2e-3  # [s] digits that tell such laws from each other
 _ROUNDS = 30  # of Gauss and Newton
 _STEP = 1e-4  # relative, of a slope
+_NOTHING = 1e-12  # [s] that moves are off which take a law's time but for rounding
 _TOLD_BY = 5  # moves that differ, of a law with two numbers
-_TOLD_BESIDE = 3  # of them, at two speeds, of one time beside accelerations that are written
+_TOLD_BESIDE = 3  # of them, at two speeds, of one time beside ramps
 _LEAST_BESIDE = 2e-3  # [s] beside the ramps; less is digits
 # A simulation that moves in steps ends each move within a step of its law, and brakes by as much sooner or later.
 _STEP_OF_TIME = 2e-3  # [s] off its law, at most
@@ -496,8 +497,13 @@ def ramps_that_fit(
         beside = written and stronger != 1.0 and kinds >= _TOLD_BESIDE and off(plain_law, faster, 1.0) > near
         return (_beside_written(way, speed, slow, sim, near) if beside else []) or [SimulatedRamps()]
     if kinds < _TOLD_BY:
-        written = written and kinds >= _TOLD_BESIDE and _kinds(speed) > 1
-        return _beside_written(way, speed, slow, sim, near) if written else []
+        if kinds < _TOLD_BESIDE or _kinds(speed) < 2:
+            return []
+        if written:
+            return _beside_written(way, speed, slow, sim, near)
+        # Two numbers for so few moves: speeds are as they are written, and no move is off.
+        one_time = (_nearest_law(way, speed, slow, sim, names, digit) for names in _LAWS if len(names) == 1)
+        return [law for law in one_time if law is not None and off(law, 1.0, 1.0) <= near]
     laws = (_nearest_law(way, speed, slow, sim, names, digit) for names in _LAWS)
     found = [(off(law), law) for law in laws if law is not None]
     if exact := [law for misfit, law in found if misfit <= near]:
@@ -680,7 +686,7 @@ def _nearest_law(
 
 def _counts(off: Floats, digit: float) -> Floats:
     """(n,) [1] weights of moves that are `off` (n,) [s]."""
-    scale = max(float(np.median(np.abs(off))), digit)
+    scale = max(float(np.median(np.abs(off))), digit, _NOTHING)
     return np.asarray(1.0 / (1.0 + (off / (2.0 * scale)) ** 2))
 
 

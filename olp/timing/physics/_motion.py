@@ -36,6 +36,7 @@ EACH = " each"  # behind a law: both moves save half by ramps of their own; else
 SHORTER = " shorter"  # behind a law: ramps overlap no longer than the shorter of both takes, each over its own rounding
 _REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
 _MOST = 0.9  # of a move's own time that corners may save
+_LEAST_ABOVE = 0.2  # [1] of a ramp's inverse acceleration that is left above any speed
 
 
 class MoveCorners(NamedTuple):
@@ -94,6 +95,10 @@ class Motion:
     delayed: Floats = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) [s] moving average behind the planner: what stops waits for all of it
+    leaving: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [1] acceleration next to rest, where no speed changes a force, over that of the whole ramp
+    arriving: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [1] the same of the ramp at the end
 
     def __post_init__(self) -> None:
         none = np.zeros(len(self.way))
@@ -104,6 +109,8 @@ class Motion:
             ("open_start", right_angle),
             ("open_end", right_angle),
             ("delayed", none),
+            ("leaving", none + 1.0),
+            ("arriving", none + 1.0),
         ):
             if len(getattr(self, name)) != len(self.way):
                 object.__setattr__(self, name, default)
@@ -154,21 +161,30 @@ class Motion:
         ramps = ("speed", "accelerate", "decelerate")
         if corners is None or not self._by_neighbours or all(vars(self)[n] is vars(base)[n] for n in ramps):
             return self
-        slow, fast = self.decelerate / base.decelerate, self.top() / base.top()
+        slow, fast = self._down / base._down, self.top() / base.top()
         last = corners._replace(
-            speed=np.minimum(corners.speed, np.sqrt(corners.way * base.decelerate * corners.slow))
-            * fast[before],
+            speed=np.minimum(corners.speed, np.sqrt(corners.way * base._down * corners.slow)) * fast[before],
             slow=corners.slow * slow[before] / slow,
         )
         if SHORTER not in self.law and self.law != "arc":
             return self.with_(corners=last)
-        up = self.accelerate / base.accelerate
-        next_up = base.decelerate * corners.next_slow
+        up = self._up / base._up
+        next_up = base._down * corners.next_slow
         both = last._replace(
             next_speed=np.minimum(corners.next_speed, np.sqrt(corners.next_way * next_up)) * fast[after],
             next_slow=corners.next_slow * up[after] / slow,
         )
         return self.with_(corners=both)
+
+    @property
+    def _up(self) -> Floats:
+        """Acceleration (n,) next to rest, where corners are rounded."""
+        return self.accelerate * self.leaving
+
+    @property
+    def _down(self) -> Floats:
+        """Deceleration (n,) next to rest."""
+        return self.decelerate * self.arriving
 
     @property
     def _by_neighbours(self) -> bool:
@@ -211,7 +227,7 @@ class Motion:
             end = np.minimum(self.round_end, self.reach * shorter)
             average = np.maximum(self.delayed, 0.0)
             both = [
-                last_part(end if law == "share" else self.overlap * end, top, self.decelerate, smoothed)
+                last_part(end if law == "share" else self.overlap * end, top, self._down, smoothed)
                 for smoothed in (average, 0.0 * average)
             ]
             longer = (both[0] - both[1]) * (self.overlap if law == "share" else 1.0)
@@ -245,6 +261,7 @@ class Motion:
         first = np.minimum(first, np.sqrt(last**2 + 2.0 * down * way))
         reached = np.sqrt((down * first**2 + up * last**2 + 2.0 * up * down * way) / (up + down))
         top = np.minimum(self.speed, reached)
+        up, down = _above(up, self.leaving, first / top), _above(down, self.arriving, last / top)
         ramps = 0.5 * ((top**2 - first**2) / up + (top**2 - last**2) / down)
         travel = (top - first) / up + (top - last) / down + np.maximum(way - ramps, 0.0) / top
         if self._jerked or self.filtered.any():
@@ -264,41 +281,43 @@ class Motion:
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
         end = np.minimum(self.round_end, self.reach * corners.shorter_end)
         if law != self.law:
-            saved = 0.5 * self._saving(law, start, top, self.accelerate)
-            return saved + 0.5 * self._saving(law, end, top, self.decelerate)
-        saved = self.split * self._saving(law, end, top, self.decelerate)
+            saved = 0.5 * self._saving(law, start, top, self._up)
+            return saved + 0.5 * self._saving(law, end, top, self._down)
+        saved = self.split * self._saving(law, end, top, self._down)
         if self.split == 1.0:
             return saved
-        slow = self.decelerate * corners.slow
+        slow = self._down * corners.slow
         fast = np.minimum(corners.speed, np.sqrt(corners.way * slow)) if self.corners is not None else top
         return saved + (1.0 - self.split) * self._saving(law, start, fast, slow)
 
     def _in_loops(self, law: str, corners: MoveCorners) -> Floats:
         """`duration` of moves without a jerk whose ramps overlap no longer than the shorter one."""
         result = np.empty(len(self.way))
-        own = (self.way, self.speed, self.accelerate, self.decelerate, self.round_start, self.round_end)
+        own = (self.way, self.speed, self.accelerate, self.decelerate, self._up, self._down)
+        ends = (self.round_start, self.round_end)
         beside = (corners.way, corners.speed, corners.slow, corners.turns, corners.last_turns)
         after = (corners.next_way, corners.next_speed, corners.next_slow, corners.next_turns)
-        columns = (*own, self.least, self.added, self.filtered, *beside, *after)
+        columns = (*own, *ends, self.least, self.added, self.filtered, *beside, *after)
         numbers = (self.overlap, self.split, self.portion)
         _compiled_durations(columns, _IN_LOOPS[law], numbers, result)
         return result
 
     def _overlapped(self, corners: MoveCorners, top: Floats) -> Floats:
         """(n,) [s] by both corners, as long as the shorter of the ramps that meet there."""
-        before, after = self.decelerate * corners.slow, self.decelerate * corners.next_slow
+        down = self._down
+        before, after = down * corners.slow, down * corners.next_slow
         last = np.minimum(corners.speed, np.sqrt(corners.way * before))
         first = np.minimum(corners.next_speed, np.sqrt(corners.next_way * after))
         start, end = self.round_start, self.round_end
         saved = self.split * np.minimum(
-            self._ramp_over(end, self.way, top, self.decelerate, corners.turns),
+            self._ramp_over(end, self.way, top, down, corners.turns),
             self._ramp_over(end, corners.next_way, first, after, corners.next_turns),
         )
         if self.split == 1.0:
             return saved
         return saved + (1.0 - self.split) * np.minimum(
             self._ramp_over(start, corners.way, last, before, corners.last_turns),
-            self._ramp_over(start, self.way, top, self.accelerate, corners.turns),
+            self._ramp_over(start, self.way, top, self._up, corners.turns),
         )
 
     def _ramp_over(self, rounding: Floats, way: Floats, fast: Floats, slow: Floats, turns: Floats) -> Floats:
@@ -504,8 +523,8 @@ def _compiled_durations(
     columns: tuple[Floats, ...], law: int, numbers: tuple[float, float, float], result: Floats
 ) -> None:
     """The same as `Motion.duration`, to the last bit: a search asks for it thousands of times."""
-    way, speed, up, down, start, end, least, added, filtered = columns[:9]
-    last_way, last_speed, slow, turns, last_turns, next_way, next_speed, next_slow, next_turns = columns[9:]
+    way, speed, up, down, leave, arrive, start, end, least, added, filtered = columns[:11]
+    last_way, last_speed, slow, turns, last_turns, next_way, next_speed, next_slow, next_turns = columns[11:]
     overlap, split, portion = numbers
     for i in range(len(way)):
         top, travel = speed[i], 0.0
@@ -517,9 +536,9 @@ def _compiled_durations(
                 top = _less(top, 2.0 * way[i] / (filtered[i] + root))
                 ramps = 0.5 * (top / up[i] + top / down[i]) + filtered[i]
             travel = way[i] / top + ramps
-        before, after = down[i] * slow[i], down[i] * next_slow[i]
+        before, after = arrive[i] * slow[i], arrive[i] * next_slow[i]
         saved = split * _less(
-            _looped_ramp(law, overlap, portion, end[i], way[i], top, down[i], turns[i]),
+            _looped_ramp(law, overlap, portion, end[i], way[i], top, arrive[i], turns[i]),
             _looped_ramp(
                 law,
                 overlap,
@@ -543,7 +562,7 @@ def _compiled_durations(
                     before,
                     last_turns[i],
                 ),
-                _looped_ramp(law, overlap, portion, start[i], way[i], top, up[i], turns[i]),
+                _looped_ramp(law, overlap, portion, start[i], way[i], top, leave[i], turns[i]),
             )
         result[i] = _more(travel, least[i]) + added[i] - _less(saved, _MOST * travel)
 
@@ -583,6 +602,16 @@ def last_part(rest: Floats, speed: Floats, slow: Floats, average: Floats) -> Flo
     told = np.where(inside <= long, inside, beginning)
     told = np.where(6.0 * rest <= slow * short**2, ending, told)
     return np.asarray(np.where(rest >= covered, 0.5 * whole + rest / speed, told))
+
+
+def _above(acceleration: Floats, at_rest: Floats, share: Floats) -> Floats:
+    """Acceleration (n,) of the part of a ramp above a `share` (n,) of its speed, where that next to rest is `at_rest`
+    (n,) times that of the whole ramp.
+
+    Of a force that changes evenly with the speed, 1/a = (1 + s v/V)/a0, ramps from rest have a0/(1 + s/3), those from
+    f V on a0/(1 + s (1 + 2f)/3), both by the time that they take beyond their way at full speed.
+    """
+    return acceleration * at_rest / np.maximum(1.0 + (at_rest - 1.0) * (1.0 + 2.0 * share), _LEAST_ABOVE)
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

@@ -122,7 +122,13 @@ def divided_by_speed(
         accelerate[short] = decelerate[short] = _on_short_ways(
             *ways, shares[:, short], slows[:, short], divided
         )
-    return motion.with_(accelerate=accelerate, decelerate=decelerate)
+    leaving, arriving = slows / (accelerate, decelerate)
+    return motion.with_(
+        accelerate=accelerate,
+        decelerate=decelerate,
+        leaving=motion.leaving * leaving,
+        arriving=motion.arriving * arriving,
+    )
 
 
 def _on_short_ways(
