@@ -1,10 +1,14 @@
 """The noise floor: what scatters, not what has a pattern; and which of the two remains."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from olp.contracts.terms import rich_case
+from olp.identification.diagnosis.model import DurationModel
+from olp.identification.diagnosis.naming import _order
 from olp.identification.diagnosis.residuals import rank_correlation
 from olp.identification.diagnosis.scatter import (
     DIGITS,
@@ -58,6 +62,22 @@ def test_a_pattern_is_not_taken_for_noise(pattern, repeats):
     assert found.value == pytest.approx(SIGMA, rel=0.6)
     assert found.source == (REPEATS if repeats > 1 else NEIGHBOURS)
     assert left.std() > 1.8 * SIGMA
+
+
+def test_what_alternates_from_move_to_move_is_neither_the_scatter_of_repeats_nor_shared_stamps():
+    """Two tasks of a controller take turns: repeats of a cycle with an odd number of moves meet either."""
+    case, rng = moves(count=51, repeats=4)
+    turns = 0.006 * (-1.0) ** np.arange(len(case))
+    found = scatter_of(turns + SIGMA * rng.normal(size=len(case)), case, 1e-5, True)
+    assert found.source == REPEATS
+    assert found.value == pytest.approx(SIGMA, rel=0.2)
+    rich = rich_case(moves=120, joint_moves=0, seed=1)
+    events = 0.006 * rng.normal(size=len(rich) + 1)
+    named = SimpleNamespace(model=DurationModel())
+    for off, alternates in ((0.006 * (-1.0) ** np.arange(len(rich)), True), (np.diff(events), False)):
+        order = _order(named, replace(rich, measured=rich.simulated + off, derived={}))
+        assert (order == 0.0) is alternates
+        assert alternates or order < -0.3
 
 
 @pytest.mark.parametrize("repeats", [1, 4])

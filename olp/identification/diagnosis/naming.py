@@ -51,7 +51,9 @@ Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 
 _ROUNDS = 2  # of search and setting waits apart
-_LEAST_ORDER, _MOST_ORDER = -0.49, 0.95  # of the correlation of neighbours: shared stamps have -1/2
+_STAMPS = -0.5  # correlation of neighbours that share their time stamps
+_LEAST_ORDER, _MOST_ORDER = -0.49, 0.95  # of the correlation of neighbours
+_BY_CHANCE = 3.3  # standard deviations that chance passes in one of two thousand recordings
 
 
 class NamingResult(NamedTuple):
@@ -172,9 +174,11 @@ def _everywhere(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFi
 
 
 def _order(best: ModelFit, clean: MeasuredMoves) -> float:
-    """Correlation between neighbours in what the best set leaves."""
+    """Correlation between neighbours in what the best set leaves; 0 where they alternate, as no shared stamp does."""
     left = clean.measured - best.model.seconds(clean)
     order = remains_of(left, clean, {}).order
+    if order < _STAMPS - _BY_CHANCE / math.sqrt(len(left)):
+        return 0.0
     return float(np.clip(order, _LEAST_ORDER, _MOST_ORDER)) if abs(order) > 0.1 else 0.0
 
 

@@ -110,11 +110,13 @@ def _off_repeats(left: Floats, case: MeasuredMoves) -> Floats:
 
 
 def _of_repeats(off: Floats, case: MeasuredMoves, structured: bool) -> float:
-    """[s] between repeats of one move, `off` (m,) [s] each, without what drifts from one move to the next."""
+    """[s] between repeats of one move, `off` (m,) [s] each, without what drifts from one move to the next, or
+    alternates."""
     whole = _middle(off, case.resolution)
-    after = (
-        _middle(np.diff(off) / np.sqrt(2.0), case.resolution) if structured and len(off) > _FEWEST else whole
-    )
+    if not structured or len(off) <= _FEWEST:
+        return whole
+    apart = (off[lag:] - off[:-lag] for lag in (1, 2))
+    after = min(_middle(one / np.sqrt(2.0), case.resolution) for one in apart)
     return after if after < _PATTERN * whole else whole
 
 
