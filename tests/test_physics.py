@@ -12,7 +12,7 @@ from olp.contracts.terms import CYCLE, rich_case
 from olp.core import compiled_loops
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
-from olp.timing.physics import MoveTerm, _motion, _ramps, joint_speed_limit, load_term, term_names
+from olp.timing.physics import MoveTerm, _limits, _motion, _ramps, load_term, term_names
 
 CONTRACT = term_names()
 
@@ -289,7 +289,7 @@ def test_compiled_loops_along_limits_say_the_same_to_the_last_bit(monkeypatch):
     limit, said = rng.uniform(0.05, 1.5, (count, 81)), []
     for worth in (False, True):
         monkeypatch.setattr(compiled_loops.Loops, "worth", lambda *_, worth=worth: worth)
-        said.append(joint_speed_limit._longer(motion, np.arange(1, count), limit[1:]))
+        said.append(_limits.slowed_below(motion, np.arange(1, count), limit[1:]))
     assert (said[0] > 0).any()
     np.testing.assert_array_equal(*said)
 

@@ -16,6 +16,7 @@ from olp.timing.physics._motion import LAWS, Motion, MoveCorners, last_part, sta
 N = 60
 CASE = rich_case(moves=150, joint_moves=0, seed=11)
 STRAIGHT = np.nonzero(CASE.moving & ~CASE.joint)[0]
+FAST = rich_case(moves=150, joint_moves=0, seed=11, speeds=(0.5, 1.0, 2.0))  # the same ways
 
 
 def motions(seed=3, unequal=True, jerk=True, n=N):
@@ -492,33 +493,46 @@ def test_between_arcs_ramps_are_those_above_the_speed_of_the_arc(name):
 # --- limits of axes ---------------------------------------------------------------------------------------------------
 
 
-def swept(row, axis, speed_limit=np.inf, acceleration_limit=np.inf, fine=4000):
-    """[s] of the fastest motion along a move: forward and backward over the way, the axis' rate known everywhere."""
-    base, path = CASE.base, np.abs(CASE.rates.path[row, :, axis])
-    place = np.linspace(0.0, 1.0, fine + 1)
-    rate = np.interp(place, np.linspace(0.0, 1.0, len(path)), path)
+def swept(row, axis, speed_limit=np.inf, acceleration_limit=np.inf, fine=4000, case=CASE, curved=False):
+    """[s] of the fastest motion along a move: forward and backward over the way, the axis' rate known everywhere.
+
+    `curved`: what q'' s'² takes of the limit counts, too.
+    """
+    base, path = case.base, case.rates.path[row, :, axis]
+    place, known = np.linspace(0.0, 1.0, fine + 1), np.linspace(0.0, 1.0, len(path))
+    rate = np.interp(place, known, np.abs(path))
+    bend = np.interp(place, known, np.sign(path) * np.gradient(path, known) / base.way[row]) * curved
     top = np.minimum(base.speed[row], speed_limit / np.maximum(rate, 1e-12))
-    slow = np.minimum(base.accelerate[row], acceleration_limit / np.maximum(rate, 1e-12))
+    top = np.minimum(top, np.sqrt(acceleration_limit / np.maximum(np.abs(bend), 1e-12)))
     step = base.way[row] / fine
     square = top**2
     square[0] = square[-1] = 0.0
+
+    def allowed(k, side):
+        room = max(acceleration_limit - side * bend[k] * square[k], 0.1 * acceleration_limit)
+        slow = base.accelerate[row] if side > 0 else base.decelerate[row]
+        return min(slow, room / max(rate[k], 1e-12))
+
     for k in range(fine):
-        square[k + 1] = min(square[k + 1], square[k] + 2 * slow[k] * step)
+        square[k + 1] = min(square[k + 1], square[k] + 2 * allowed(k, 1.0) * step)
     for k in range(fine, 0, -1):
-        square[k - 1] = min(square[k - 1], square[k] + 2 * slow[k] * step)
+        square[k - 1] = min(square[k - 1], square[k] + 2 * allowed(k, -1.0) * step)
     fast = np.sqrt(square)
     return float((2 * step / (fast[1:] + fast[:-1])).sum())
 
 
-def costs(name, value, axis):
+def costs(name, value, axis, case=CASE, curved=False):
     """(m, 2) [s] what a limit costs moves from stop to stop: by the term, and by the sweep."""
     term = load_term(name)
-    form = next(f for f in term.forms(CASE) if f.axis == axis)
-    stop = (CASE.base.round_start == 0) & (CASE.base.round_end == 0)
-    extra = term.act(CASE.base, form, np.array([value]), CASE).duration() - CASE.base.duration()
+    form = next(f for f in term.forms(case) if f.axis == axis and f.key.endswith("curvature") == curved)
+    stop = (case.base.round_start == 0) & (case.base.round_end == 0)
+    extra = term.act(case.base, form, np.array([value]), case).duration() - case.base.duration()
     limit = {"speed_limit": value} if name == "joint-speed-limit" else {"acceleration_limit": value}
     rows = [k for k in STRAIGHT.tolist() if stop[k] and extra[k] > 5e-3][:6]
-    return [(extra[k], swept(k, axis, **limit) - swept(k, axis)) for k in rows]
+    return [
+        (extra[k], swept(k, axis, **limit, case=case, curved=curved) - swept(k, axis, case=case))
+        for k in rows
+    ]
 
 
 @pytest.mark.parametrize("axis", [0, 2, 4])
@@ -546,6 +560,21 @@ def test_acceleration_limits_of_axes_cost_what_a_fine_sweep_over_the_way_says(ax
     assert len(found) >= 3
     ratio = np.array([cost / expected for cost, expected in found])
     assert ratio == pytest.approx(1.0, abs=0.015)
+
+
+@pytest.mark.parametrize("axis", [3, 4, 5])
+def test_the_curvature_of_an_axis_way_costs_what_a_fine_sweep_over_the_way_says(axis):
+    """q'' = q' a + q'' v², and v² ≤ A / |q''|; where an axis turns round, the places of the rates are far apart."""
+    asked = np.abs(FAST.rates.path[STRAIGHT, :, axis]).max(axis=1) * FAST.base.accelerate[STRAIGHT]
+    found = [
+        pair
+        for value in np.quantile(asked, [0.5, 0.8])
+        for pair in costs("joint-acceleration-limit", value, axis, FAST, curved=True)
+    ]
+    assert len(found) >= 9
+    cost, expected = np.array(found).T
+    assert np.median(cost / expected) == pytest.approx(1.0, abs=0.015)
+    assert np.abs(cost - expected).sum() < 0.07 * expected.sum()
 
 
 # --- the lattice of a controller's cycle ------------------------------------------------------------------------------

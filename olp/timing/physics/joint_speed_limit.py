@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core import compiled_loops
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._limits import limits_reached
+from olp.timing.physics._limits import limits_reached, slowed_below
 from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter, spoken_axis
 
@@ -69,7 +66,7 @@ class JointSpeedLimit(MoveTerm):
             )
             return motion.with_(added=added)
         limit = values[0] / np.maximum(_rates(case, form.axis)[touched], 1e-12)
-        added[touched] += _longer(motion, touched, limit)
+        added[touched] += slowed_below(motion, touched, limit)
         return motion.with_(added=added)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
@@ -133,88 +130,6 @@ def _beyond(case: MeasuredMoves, axis: int, rows: NDArray[np.intp], least: Float
     rate, shares, sums = case.once(f"sorted rates {axis}", sorted_)
     above = (rate[rows, 1:] > least[:, None]).sum(axis=1)
     return np.asarray(np.maximum(sums[rows, above] - least * shares[rows, above], 0.0))
-
-
-def _longer(motion: Motion, rows: NDArray[np.intp], limit: Floats) -> Floats:
-    """Time (r,) [s] that moves `rows` take longer along the path at no more than `limit` (r, m) [m/s], within the
-    ramps' accelerations, than at no more than the programmed speed.
-
-    Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for
-    constant acceleration between two places, and where a ramp from or to rest ends before the next place.
-    """
-    places = limit.shape[1]
-    speed, step = motion.speed[rows], motion.way[rows] / (places - 1)
-    up, down = 2.0 * motion.accelerate[rows] * step, 2.0 * motion.decelerate[rows] * step
-    if _LOOPS.worth(len(rows)):
-        slow = np.empty((2, len(rows), places - 1))
-        _compiled_slowness(speed, up, down, limit, slow)
-    else:
-        slow = _slowness(speed, up, down, limit)
-    whole, alone = step * slow.sum(axis=2)
-    return np.asarray(whole - alone)
-
-
-def _slowness(speed: Floats, up: Floats, down: Floats, limit: Floats) -> Floats:
-    """(2, r, m - 1) [s/m] between two places each, with the limit (r, m) [m/s] and without it; `up`, `down` (r,)
-    [m²/s²]: what the square of the speed (r,) gains or loses from one place to the next."""
-    at = np.arange(limit.shape[1])
-    gained, lost = up[:, None] * at, down[:, None] * at[::-1]
-    # With the limit, and without it, which has a closed form.
-    squares = np.empty((2, *limit.shape))
-    square = np.minimum(speed[:, None], limit, out=squares[0])
-    np.square(square, out=square)
-    # At rounded corners the ramps are whole too: they overlap with the neighbours' ones.
-    square[:, 0] = square[:, -1] = 0.0
-    # A place is reached from any place before it, at a gain for each step between: over all places in one go.
-    square -= gained
-    np.minimum.accumulate(square, axis=1, out=square)
-    square += gained
-    square -= lost
-    np.minimum.accumulate(square[:, ::-1], axis=1, out=square[:, ::-1])
-    square += lost
-    # What was taken off and added again leaves a rounding, at rest below nothing.
-    np.maximum(square, 0.0, out=square)
-    np.minimum(gained, lost, out=squares[1])
-    np.minimum(squares[1], (speed**2)[:, None], out=squares[1])
-    between = np.sqrt(squares, out=squares)
-    slow = between[:, :, 1:] + between[:, :, :-1]
-    np.maximum(slow, 1e-9, out=slow)
-    np.divide(2.0, slow, out=slow)
-    # A ramp from rest may end long before the first place.
-    for k, gain in ((0, up), (-1, down)):
-        top = np.maximum(between[:, :, 1 if k == 0 else -2], 1e-9)
-        slow[:, :, k] = 1.0 / top + top / gain
-    return slow
-
-
-_LOOPS = compiled_loops.Loops(1e-6)  # [s] per move that they save, measured
-
-
-@compiled_loops.kernel()
-def _compiled_slowness(speed: Floats, up: Floats, down: Floats, limit: Floats, slow: Floats) -> None:
-    """The same as `_slowness`, to the last bit: a search asks for it thousands of times."""
-    last = limit.shape[1] - 1
-    fast, alone = np.empty(last + 1), np.empty(last + 1)
-    for i in range(len(speed)):
-        least = np.inf
-        for k in range(last + 1):
-            here = min(speed[i], limit[i, k])
-            here = here * here if 0 < k < last else 0.0
-            least = min(least, here - up[i] * k)
-            fast[k] = (least + up[i] * k) - down[i] * (last - k)
-        least = np.inf
-        for k in range(last, -1, -1):
-            least = min(least, fast[k])
-            fast[k] = least + down[i] * (last - k)
-        for k in range(last + 1):
-            fast[k] = math.sqrt(max(fast[k], 0.0))
-            alone[k] = math.sqrt(min(min(up[i] * k, down[i] * (last - k)), speed[i] * speed[i]))
-        for which, speeds in ((0, fast), (1, alone)):
-            for k in range(1, last - 1):
-                slow[which, i, k] = 2.0 / max(speeds[k + 1] + speeds[k], 1e-9)
-            first, final = max(speeds[1], 1e-9), max(speeds[last - 1], 1e-9)
-            slow[which, i, 0] = 1.0 / first + first / up[i]
-            slow[which, i, last - 1] = 1.0 / final + final / down[i]
 
 
 def _profile(motion: Motion, places: int) -> Floats:
