@@ -6,6 +6,7 @@ Code: N010 nothing to judge.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -22,6 +23,7 @@ from olp.identification.diagnosis.simulation_laws import (
     SimulatedRamps,
     as_long_as,
     cornered,
+    golden_section,
     inferred,
     limited,
     nearer_at_corners,
@@ -59,6 +61,11 @@ _COUNTED = 0.5  # of the moves have the number after the last one's: numbers cou
 _STRAIGHT_ON = 1e3  # times the rounding: a corner with an arc of that radius is none
 _CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners is its own
 _NEARER = 0.25  # times what a plainer law of ramps is off: so near another one has to come
+_LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
+# Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
+# near it has to come where the acceleration is not told anew.
+_BUILT, _BUILT_STEPS, _NEAR_BUILT = (0.3, 1.2), 7, 0.5
+_REACHED = 1.2  # times the speed at which an acceleration that builds up is reached, as far as it is known
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
 
@@ -509,8 +516,11 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
         best = other if other.off < _NEARER * best.off else best
     if best.off > _CORNERS_RIGHT and not times.own:
-        other = whole(SimulatedRamps(), by_corners=True)
-        best = other if other.off < _NEARER * best.off else best
+        known = whole(SimulatedRamps(), by_corners=True)
+        best = known if known.off < _NEARER * best.off else best
+        if best.off > _CORNERS_RIGHT and simulated.rounded.any():
+            other = _built_up(whole, known, simulated.lines)
+            best = other if other.off < _NEARER * best.off else best
     if best.everywhere > _CORNERS_RIGHT and not times.own:
         beside = best.turning if best.turning.told else _beside_rated(simulated, pace, rows)
         laws = [law for law in beside.with_one_time() if law != best.turning]
@@ -527,6 +537,35 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         near = other.everywhere <= max(best.everywhere, _CORNERS_RIGHT)
         best = other if near and alike < _NEARER * unlike else best
     return best
+
+
+def _built_up(
+    whole: Callable[..., _SimulatedMotion], known: _SimulatedMotion, lines: Mask
+) -> _SimulatedMotion:
+    """The motion of a simulation whose accelerations build up in a time, where no line goes from stop to stop; or what
+    is `known` by corners.
+
+    Lines that are fast enough take that time more, slower ones less; so the fast ones tell the acceleration, and then
+    the time is the one that comes nearest: to tell both each time anew takes ten times as long.
+    """
+    added, ramps = known.motion.added[lines], known.motion.accelerate[lines]
+    most = float(added.max(initial=0.0))
+    if most < _LEAST_BUILT:
+        return known
+    above = _REACHED * max(float(added.min()), _LEAST_BUILT) * float(ramps.max())
+    fast = whole(SimulatedRamps(), by_corners=True, above=above)
+    law = SimulatedRamps(stronger=float(np.median(fast.motion.accelerate[lines])))
+    tried = dict[float, float]()
+
+    def off(build: float) -> float:
+        tried[build] = whole(law._replace(build=build), by_corners=True).off
+        return tried[build]
+
+    golden_section(off, _BUILT[0] * most, _BUILT[1] * most, _BUILT_STEPS)
+    build = min(tried, key=tried.__getitem__)
+    if tried[build] >= _NEAR_BUILT * known.off:
+        return known
+    return whole(SimulatedRamps(build=build), by_corners=True)
 
 
 def _beside_rated(simulated: _SimulatedRows, pace: _Pace, rows: Rows) -> SimulatedRamps:
@@ -610,15 +649,20 @@ def _by_law(
     straight: SimulatedRamps,
     by_corners: bool = False,
     turning: SimulatedRamps | None = None,
+    above: float = 0.0,
 ) -> _SimulatedMotion:
     """With a law of the ramps of straight moves, and one of joint moves; None: as those between stops tell it.
-    `by_corners`: rounded corners tell the accelerations of straight moves."""
+    `by_corners`: rounded corners tell times beside the ramps, and the accelerations that neither moves nor the law say,
+    by lines that are as fast as `above` [m/s]."""
     moves, rows, pace, times, ends, blend, _ = judged
     way, speed, slow, sim, start, end, moving, joint, waits = simulated
     plain, lines, notes = simulated.plain, simulated.lines, list[str]()
     # Times that corners tell stand beside what is written: they take the place of a share of it.
     faster, stronger = (1.0, 1.0) if by_corners else tuned(way, speed, slow, sim, plain)
-    if straight.told:
+    if by_corners:
+        known = np.isfinite(slow) | joint | (straight.stronger == 1.0)
+        slow = np.where(known, slow, straight.stronger)
+    elif straight.told:
         faster, stronger = 1.0, straight.stronger
         slow = np.where(np.isfinite(slow) | joint, slow, 1.0)
     elif (faster, stronger) != (1.0, 1.0):
@@ -651,7 +695,11 @@ def _by_law(
     told_by_none = bool(missing[lines].all() and lines.any() and not plain.any())
     beside = np.zeros(len(rows))
     if (by_corners and simulated.rounded.any()) or told_by_none:
-        slow, beside = _by_corners_of_lines(judged, simulated, whole, slow, bool(missing[lines].all()))
+        fast = lines & (speed >= above)
+        telling = fast if fast.sum() >= FEWEST else lines
+        slow, beside = _by_corners_of_lines(
+            judged, simulated, whole, slow, telling, bool(missing[lines].all())
+        )
         of_lines = np.where(lines, beside, 0.0)
         simulated, stopped = simulated._replace(sim=simulated.sim - of_lines), stopped + of_lines
         whole = whole.with_(accelerate=slow, decelerate=slow)
@@ -691,16 +739,17 @@ def _accelerations(
 
 
 def _by_corners_of_lines(
-    judged: _Judged, simulated: _SimulatedRows, whole: Motion, slow: Floats, alone: bool
+    judged: _Judged, simulated: _SimulatedRows, whole: Motion, slow: Floats, telling: Mask, alone: bool
 ) -> tuple[Floats, Floats]:
-    """Accelerations (n,) [m/s²] that rounded corners tell of lines, and the time (n,) [s] that moves then take beside
-    their ramps; `alone`: no line has a known one."""
+    """Accelerations (n,) [m/s²] that rounded corners of the lines `telling` (n,) tell of all lines, and the time (n,)
+    [s] that moves then take beside their ramps; `alone`: no line has a known one."""
     moves, rows, pace, _, ends, *_ = judged
     lines, start, end = simulated.lines, simulated.start, simulated.end
     ramps = np.where(lines & alone, 1.0, slow)
     alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends.before)
-    alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps)).take(np.flatnonzero(lines))
-    told = told_at_corners(alike, simulated.sim[lines], start[lines], end[lines], not alone)
+    alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps))
+    alike = alike.take(np.flatnonzero(telling))
+    told = told_at_corners(alike, simulated.sim[telling], start[telling], end[telling], not alone)
     return np.where(lines, told.slow * ramps, slow), np.where(simulated.moving, told.beside(start, end), 0.0)
 
 

@@ -153,7 +153,7 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
         if written:
             return 0.0
         low, high = grid[max(at - 1, 0)], grid[min(at + 1, _RAMP_GRID - 1)]
-        return _golden(lambda one: nearest(law, span, one)[1], low, high, _RAMP_STEPS)
+        return golden_section(lambda one: nearest(law, span, one)[1], low, high, _RAMP_STEPS)
 
     coarse = np.full((len(spans), len(laws), len(grid)), np.inf)
     for k, law in enumerate(laws):
@@ -175,7 +175,7 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
     return next(told for off, told in found if off <= least)
 
 
-def _golden(misfit: Callable[[float], float], low: float, high: float, steps: int) -> float:
+def golden_section(misfit: Callable[[float], float], low: float, high: float, steps: int) -> float:
     """Where a misfit between two places is least, by a golden section."""
     one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
     offs = [misfit(one), misfit(two)]

@@ -23,7 +23,7 @@ class JointAccelerationLimit(MoveTerm):
     summary = "an axis reaches its acceleration limit, so the path accelerates more slowly in some poses and directions"
     does = (
         "ramps are longer where the axis turns far per millimetre of path, and as simulated elsewhere; on fast lines, "
-        "curvature uses a part of the limit (forms “with curvature”, where it changes what the moves ask)"
+        "curvature uses a part of the limits (form “all with curvature”, where it changes what the moves ask)"
     )
     source = "q'' = q' s'' + q'' s'²; J. Bobrow, S. Dubowsky, J. Gibson, Int. J. Robotics Research 4(3), 1985"
     confusable = ("reach-inertia", "gravity", "torque-speed", "joint-speed-limit")
@@ -58,19 +58,21 @@ class JointAccelerationLimit(MoveTerm):
                 f"limit_{name.lower().replace(' ', '_')}", "rad/s^2", 0.2 * low, high, np.inf, True, says
             )
             forms.append(Form(name, (limit,), r"a \le A_j / |q_j'|", axis))
-        return (*forms, *(_with_curvature(form, case) for form in forms if _bends(case, form.axis)))
+        # Of one axis the few moves that tell its curvature are as well explained by much else (samples/up20).
+        curved = (_with_curvature(form, case) for form in forms if form.axis == ALL and _bends(case))
+        return (*forms, *curved)
 
     def lacks(self, case: MeasuredMoves) -> str:
         return "" if case.rates is not None else "a robot, or joint points"
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         limit = form.parameters[0]
-        asked = _asked_along(case, form.axis) if form.key.endswith(_CURVED) else _asked(case, form.axis)
+        asked = _asked_along(case) if form.key.endswith(_CURVED) else _asked(case, form.axis)
         return np.clip(limits_reached(asked), limit.low, limit.high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key.endswith(_CURVED):
-            return _along_curves(motion, values[0], form.axis, case)
+            return _along_curves(motion, values[0], case)
         rates, ramps = _rates(case, form.axis), (motion.accelerate, motion.decelerate)
         # A ramp that the limit makes longer passes other places than the simulation's.
         if _even(case, form.axis):
@@ -80,11 +82,10 @@ class JointAccelerationLimit(MoveTerm):
         return forced(motion, up, down)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
-        curved = "; on fast lines, curvature uses a part of it" if form.key.endswith(_CURVED) else ""
         if form.axis == ALL:
+            curved = "; on fast lines, curvature uses a part of it" if form.key.endswith(_CURVED) else ""
             return f"the acceleration limit of each axis is {values[0]:.1%} of its rated one{curved}"
-        called = spoken_axis(form.key.removesuffix(_CURVED))
-        return f"the acceleration limit of {called} is {np.degrees(values[0]):.0f} deg/s²{curved}"
+        return f"the acceleration limit of {spoken_axis(form.key)} is {np.degrees(values[0]):.0f} deg/s²"
 
 
 def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
@@ -125,92 +126,81 @@ def _asked(case: MeasuredMoves, axis: int) -> Floats:
 
 
 def _with_curvature(form: Form, case: MeasuredMoves) -> Form:
-    """The form where q'' s'² counts, too."""
-    share, limit = ("k ", form.parameters[0]) if form.axis == ALL else ("", form.parameters[0])
-    high = max(limit.high, float(_asked_along(case, form.axis).max()))
-    equation = rf"|q_j' \ddot s + q_j'' \dot s^2| \le {share}A_j"
-    return form._replace(
-        key=f"{form.key}{_CURVED}", parameters=(limit._replace(high=high),), equation=equation
-    )
+    """The form of all axes where q'' s'² counts, too."""
+    share = form.parameters[0]
+    share = share._replace(high=max(share.high, float(_asked_along(case).max())))
+    equation = r"|q_j' \ddot s + q_j'' \dot s^2| \le k A_j"
+    return form._replace(key=f"{form.key}{_CURVED}", parameters=(share,), equation=equation)
 
 
-def _bends(case: MeasuredMoves, axis: int) -> bool:
-    """Whether curvature changes what the moves that ask most of the axis ask of it."""
-    plain, along = _asked(case, axis), _asked_along(case, axis)
+def _bends(case: MeasuredMoves) -> bool:
+    """Whether curvature changes what the moves that ask most of the axes ask of them."""
+    plain, along = _asked(case, ALL), _asked_along(case)
     most = np.maximum(plain, along)
     hardest = (most > 0) & (most >= np.quantile(most[most > 0], _HARDEST))
     return int((hardest & (np.abs(along - plain) > _BENT * most)).sum()) >= _FEWEST
 
 
-def _slopes(case: MeasuredMoves, axis: int) -> Floats:
-    """q' (n, m, k) [rad/m] of the axis along each way, k = 1; for ALL of each axis over its rated acceleration."""
+def _turns(case: MeasuredMoves) -> Floats:
+    """|q'|/A (n, m, k) [s²/m] of each axis along each way."""
+    return case.once("rated turns", lambda: np.abs(_slopes(case)))
+
+
+def _slopes(case: MeasuredMoves) -> Floats:
+    """q'/A (n, m, k) [s²/m] likewise."""
     rates = case.rates
     assert rates is not None
-    if axis != ALL:
-        return rates.path[:, :, axis, None]
     assert rates.rated_acceleration is not None
     return np.asarray(rates.path / rates.rated_acceleration)
 
 
-def _turns(case: MeasuredMoves, axis: int) -> Floats:
-    """|q'| (n, m, k) likewise."""
-    return case.once(f"turns {axis}", lambda: np.abs(_slopes(case, axis)))
-
-
-def _curvatures(case: MeasuredMoves, axis: int) -> Floats:
-    """q'' (n, m, k) [rad/m²] likewise, positive where the axis turns the faster the farther the move is on its way."""
+def _curvatures(case: MeasuredMoves) -> Floats:
+    """q''/A (n, m, k) [s²/m²] likewise, positive where the axis turns the faster the farther the move is on its way."""
 
     def work_out() -> Floats:
-        slopes = _slopes(case, axis)
+        slopes = _slopes(case)
         places = slopes.shape[1]
         per_way = np.gradient(slopes, 1.0 / (places - 1), axis=1) if places > 1 else 0.0 * slopes
         return np.asarray(np.sign(slopes) * per_way / np.maximum(case.base.way, 1e-9)[:, None, None])
 
-    return case.once(f"curvatures {axis}", work_out)
+    return case.once("rated curvatures", work_out)
 
 
-def _asked_along(case: MeasuredMoves, axis: int) -> Floats:
-    """Highest acceleration (n,) [rad/s²] of the axis along the simulation's whole way; for ALL the highest share of a
-    rated one."""
+def _asked_along(case: MeasuredMoves) -> Floats:
+    """Highest share (n,) of a rated acceleration along the simulation's whole way."""
 
     def work_out() -> Floats:
-        turns, curvatures, base = _turns(case, axis), _curvatures(case, axis), case.base
-        rising, falling = _squares(base, turns.shape[1])
+        turns, curvatures, base = _turns(case), _curvatures(case), case.base
+        share = np.linspace(0.0, 1.0, turns.shape[1])[None, :]
+        rising = 2.0 * (base.accelerate * base.way)[:, None] * share
+        falling = 2.0 * (base.decelerate * base.way)[:, None] * (1.0 - share)
         cruising = base.speed[:, None] ** 2
         square = np.minimum(np.minimum(rising, falling), cruising)
         starts, stops = (rising < np.minimum(falling, cruising)), (falling <= np.minimum(rising, cruising))
         push = np.where(starts, base.accelerate[:, None], np.where(stops, -base.decelerate[:, None], 0.0))
         return np.asarray(np.abs(turns * push[:, :, None] + curvatures * square[:, :, None]).max(axis=(1, 2)))
 
-    return case.once(f"asked along {axis}", work_out)
+    return case.once("rated share asked along", work_out)
 
 
-def _squares(motion: Motion, places: int) -> tuple[Floats, Floats]:
-    """Squares (n, m) [m²/s²] of the speeds that the ramps from the start and to the end allow at each place."""
-    share = np.linspace(0.0, 1.0, places)[None, :]
-    way = 2.0 * motion.way[:, None]
-    return motion.accelerate[:, None] * way * share, motion.decelerate[:, None] * way * (1.0 - share)
+def _most_along(case: MeasuredMoves) -> Floats:
+    """Largest |q'|/A and |q''|/A (n, 2, k) along each way."""
+    both = (_turns(case), np.abs(_curvatures(case)))
+    return case.once("rated most along", lambda: np.stack([one.max(axis=1) for one in both], axis=1))
 
 
-def _most_along(case: MeasuredMoves, axis: int) -> Floats:
-    """Largest |q'| and |q''| (n, 2, k) along each way."""
-    return case.once(
-        f"most along {axis}",
-        lambda: np.stack(
-            [_turns(case, axis).max(axis=1), np.abs(_curvatures(case, axis)).max(axis=1)], axis=1
-        ),
-    )
-
-
-def _along_curves(motion: Motion, limit: float, axis: int, case: MeasuredMoves) -> Motion:
+def _along_curves(motion: Motion, limit: float, case: MeasuredMoves) -> Motion:
     """The motion with ramps that leave q'' s'² its part of the limit, and no faster than q'' s'² alone allows."""
-    most, ramp = _most_along(case, axis), np.maximum(motion.accelerate, motion.decelerate)
+    most, ramp = _most_along(case), np.maximum(motion.accelerate, motion.decelerate)
     asked = most[:, 0] * ramp[:, None] + most[:, 1] * (motion.top() ** 2)[:, None]
     rows = np.nonzero((asked > limit).any(axis=1))[0]
     if not len(rows):
         return motion
-    curvatures = _curvatures(case, axis)[rows]
-    bent = _bent(motion.take(rows), limit, _turns(case, axis)[rows], curvatures)
+    turns, curvatures = _turns(case)[rows], _curvatures(case)[rows]
+    some = motion.take(rows)
+    up = _share_left(some, some.accelerate[:, None], limit, turns, curvatures)
+    down = _share_left(some, some.decelerate[:, None], limit, turns[:, ::-1], -curvatures[:, ::-1])
+    bent = forced(some, up, down[:, ::-1])
     changed = {name: vars(motion)[name].copy() for name in ("accelerate", "decelerate", "added")}
     for name, column in changed.items():
         column[rows] = vars(bent)[name]
@@ -218,13 +208,6 @@ def _along_curves(motion: Motion, limit: float, axis: int, case: MeasuredMoves) 
     capped = np.nonzero((bent.way > 0) & (fastest.min(axis=1) < bent.speed))[0]
     changed["added"][rows[capped]] += slowed_below(bent, capped, fastest[capped])
     return motion.with_(**changed)
-
-
-def _bent(motion: Motion, limit: float, turns: Floats, curvatures: Floats) -> Motion:
-    """The motion with ramps that leave q'' s'² its part of the limit; the axes' ways (n, m, k)."""
-    up = _share_left(motion, motion.accelerate[:, None], limit, turns, curvatures)
-    down = _share_left(motion, motion.decelerate[:, None], limit, turns[:, ::-1], -curvatures[:, ::-1])
-    return forced(motion, up, down[:, ::-1])
 
 
 def _share_left(motion: Motion, slow: Floats, limit: float, turns: Floats, curvatures: Floats) -> Floats:
@@ -236,13 +219,9 @@ def _share_left(motion: Motion, slow: Floats, limit: float, turns: Floats, curva
     fastest = motion.speed[:, None] ** 2
     square = slow * step * np.arange(turns.shape[1])
     for _ in range(_PASSES):
-        left = np.minimum(slow, _available(limit, turns, curvatures, np.minimum(square, fastest)))
+        room = limit - curvatures * np.minimum(square, fastest)[:, :, None]
+        room = np.maximum(room, _LEFT * limit) / np.maximum(turns, 1e-12)
+        left = np.minimum(slow, room.min(axis=2))
         square = np.zeros_like(left)
         np.cumsum(0.5 * step * (left[:, 1:] + left[:, :-1]), axis=1, out=square[:, 1:])
     return np.asarray(left / slow)
-
-
-def _available(limit: float, turns: Floats, curvatures: Floats, square: Floats) -> Floats:
-    """Path acceleration (n, m) that the axes allow where the path's speed has this `square` (n, m)."""
-    room = np.maximum(limit - curvatures * square[:, :, None], _LEFT * limit)
-    return np.asarray((room / np.maximum(turns, 1e-12)).min(axis=2))
