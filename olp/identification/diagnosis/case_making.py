@@ -61,6 +61,9 @@ _COUNTED = 0.5  # of the moves have the number after the last one's: numbers cou
 _STRAIGHT_ON = 1e3  # times the rounding: a corner with an arc of that radius is none
 _CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners is its own
 _NEARER = 0.25  # times what a plainer law of ramps is off: so near another one has to come
+_WORTH_A_SEARCH = (
+    1e-3  # [s] that lines are off: a search among times in which accelerations build up takes 10 s
+)
 _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
 # near it has to come where the acceleration is not told anew.
@@ -518,7 +521,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
     if best.off > _CORNERS_RIGHT and not times.own:
         known = whole(SimulatedRamps(), by_corners=True)
         best = known if known.off < _NEARER * best.off else best
-        if best.off > _CORNERS_RIGHT and simulated.rounded.any():
+        if best.off > _WORTH_A_SEARCH and simulated.rounded.any():
             other = _built_up(whole, known, simulated.lines)
             best = other if other.off < _NEARER * best.off else best
     if best.everywhere > _CORNERS_RIGHT and not times.own:
