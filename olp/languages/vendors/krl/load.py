@@ -259,20 +259,27 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     names |= {n.text for r in own.routines for n, _ in r.names} | {kind.upper() for kind in types}
     complete = configured and _is_complete((file for _, file in files), names)
     found.unknown = [one for one in found.unknown if users is None or one[1].line in users]
+    _of_other_modules(found, hidden, kept if configured else {})
+    return found.finish(names, complete and _in_tree(source), shared=not configured, complete=complete)
+
+
+def _of_other_modules(found: LoadFindings, hidden: dict[str, str], kept: dict[str, str]) -> None:
+    """Unknown names that another module has for itself alone: every call of its routines, and each of its variables
+    once. `hidden`, `kept`: the paths of these modules, by routine and by variable."""
     once: set[str] = set()
     for name, span, what in list(found.unknown):
-        if what == "the routine" and name.casefold() in hidden:
-            found.unknown.remove((name, span, what))
-            says = f"{name} of {Path(hidden[name.casefold()]).name} is not GLOBAL: no other module calls it"
+        key = name.casefold()
+        path = (hidden if what == "the routine" else kept).get(key)
+        if path is None:
+            continue
+        found.unknown.remove((name, span, what))
+        if what == "the routine":
+            says = f"{name} of {Path(path).name} is not GLOBAL: no other module calls it"
             found.tell("K101", says, span, f"GLOBAL DEF {name}")
-        elif configured and what != "the routine" and (path := kept.get(name.casefold())):
-            found.unknown.remove((name, span, what))
-            if name.casefold() in once:
-                continue
-            once.add(name.casefold())
+        elif key not in once:
+            once.add(key)
             says = f"{name} of {Path(path).name} is not GLOBAL: no other module sees it"
             found.tell("K101", says, span, "DEFDAT … PUBLIC and DECL GLOBAL, or declare it in $config.dat")
-    return found.finish(names, complete and _in_tree(source), shared=not configured, complete=complete)
 
 
 def _users_lines(source: Source) -> set[int] | None:
