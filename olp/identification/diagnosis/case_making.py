@@ -61,9 +61,8 @@ _COUNTED = 0.5  # of the moves have the number after the last one's: numbers cou
 _STRAIGHT_ON = 1e3  # times the rounding: a corner with an arc of that radius is none
 _CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners is its own
 _NEARER = 0.25  # times what a plainer law of ramps is off: so near another one has to come
-_WORTH_A_SEARCH = (
-    1e-3  # [s] that lines are off: a search among times in which accelerations build up takes 10 s
-)
+# [s] that lines are off: less is not worth a search among times in which accelerations build up, which takes 10 s.
+_WORTH_A_SEARCH = 1e-3
 _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
 # near it has to come where the acceleration is not told anew.
@@ -545,8 +544,8 @@ def _base(judged: _Judged) -> _SimulatedMotion:
 def _built_up(
     whole: Callable[..., _SimulatedMotion], known: _SimulatedMotion, lines: Mask
 ) -> _SimulatedMotion:
-    """The motion of a simulation whose accelerations build up in a time, where no line goes from stop to stop; or what
-    is `known` by corners.
+    """The motion of a simulation whose accelerations build up in a time that no lines between stops tell, as corners
+    tell it; or what is `known` by corners.
 
     Lines that are fast enough take that time more, slower ones less; so the fast ones tell the acceleration, and then
     the time is the one that comes nearest: to tell both each time anew takes ten times as long.
