@@ -4163,3 +4163,51 @@ def test_the_element_that_a_call_hands_over_comes_back_though_its_index_changes(
     made = converted(text, "pdl2", target)
     for plan in (run(source, ROBOT), run_converted(made, target, ROBOT, source, {})):
         assert [step.duration for step in plan.steps()] == pytest.approx([0.1])
+
+
+_LEFT_FOR_OTHERS = {
+    "tp": (tp("UFRAME_NUM=2", "UTOOL_NUM=3"), {6, 7}),
+    "krl": (
+        krl("$TOOL=TOOL_DATA[2]", "$BASE=BASE_DATA[3]", "$VEL.CP=0.2", "$ACC.CP=1.0", "BAS(#VEL_PTP,30)"),
+        {2, 3, 4, 5, 6},
+    ),
+    "rapid": (module("AccSet 50,100;"), {3}),
+    "urscript": (script("set_tcp(p[0, 0, 0.1, 0, 0, 0])"), {2}),
+}
+
+
+@pytest.mark.parametrize("vendor", _LEFT_FOR_OTHERS)
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp", "urscript"])
+def test_what_is_set_for_moves_of_other_programs_is_told(vendor, target):
+    """Which are moved with it there, as it holds until it is changed: the translation writes it into moves alone."""
+    text, lines = _LEFT_FOR_OTHERS[vendor]
+    losses = converted(text, vendor, target).translated.losses
+    told = {x.line for x in losses if x.part == "scope" and x.fate is Fate.APPROXIMATED}
+    assert told == (set() if vendor == target else lines)  # its own settings stay as they are
+
+
+@pytest.mark.parametrize("ways", [[], ["IF R[1]=1,JMP LBL[1]", "LBL[1]"]])
+def test_what_a_move_takes_or_another_setting_ends_is_not_told(ways):
+    """On one way or several."""
+    rows = ["UFRAME_NUM=1", "UFRAME_NUM=2", "UTOOL_NUM=3", *ways, "J P[1] 50% FINE"]
+    points = [(1, 2, 3, 900, 100, 400, 180, 0, 30)]
+    made = converted(tp(*rows, "UFRAME_NUM=4", positions=points), "tp", "rapid").translated
+    assert [x.line for x in made.losses if x.part == "scope"] == [6 + len(rows)]
+
+
+@pytest.mark.parametrize("ways", [[], ["IF R[1]=1,JMP LBL[1]", "LBL[1]"]])
+def test_what_a_routine_of_no_file_moves_with_is_asked_for(ways):
+    rows = ["UFRAME_NUM=2", "UTOOL_NUM=3", *ways, "J P[1] 50% FINE", "CALL ELSEWHERE", "UFRAME_NUM=4"]
+    points = [(1, 2, 3, 900, 100, 400, 180, 0, 30)]
+    made = converted(tp(*rows, "L P[1] 100mm/sec FINE", positions=points), "tp", "krl").translated
+    assert list(
+        made.asks[
+            "see that these set themselves what holds for them here in the source, and change none of it"
+        ]
+    ) == ["ELSEWHERE (frame, tool)"]
+    assert not [x for x in made.losses if x.part == "scope"]
+
+
+def test_how_a_program_begins_in_krl_is_nothing_that_others_move_with():
+    made = converted(krl("BAS(#INITMOV,0)", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}"), "krl", "rapid")
+    assert not [x for x in made.translated.losses if x.part == "scope"]

@@ -173,6 +173,9 @@ class TranslationContext:
     row_sizes: dict[str, int] = field(
         default_factory=dict
     )  # of undeclared arrays of several dimensions in one row
+    missing: set[str] = field(
+        default_factory=set
+    )  # routines that no file has, and no controller of the source
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
     named_systems: dict[str, int] = field(
         default_factory=dict

@@ -305,6 +305,8 @@ def _tell_calls(program: st.Program, work: TranslationContext) -> None:
         what = (own if calls else values).get(name.casefold())
         if what is None or name.casefold() in work.conventions.replaceable_routines:
             where = "is in no file here" if what is None else f"is {what}"
+            if what is None:
+                work.missing.add(name)
             says = f"{name} {where}: {other} needs a routine of its own for it{_told_of(s, name, work)}"
             work.lose(s, Fate.APPROXIMATED, "call", says)
         else:

@@ -5,6 +5,7 @@ Where a setting depends on the path through the program, a variable holds it, se
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -67,6 +68,7 @@ _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
 _DEEP: Final = 4  # calls and assignments through which a tool's number is followed
 _KINDS: Final[Mapping[Key, str]] = {_TOOL: "tool", _FRAME: "user"}
+_SYSTEMS: Final = frozenset(_KINDS)
 _OVERRIDE: Final[Key] = ("override",)
 _FASTEST: Final[Key] = ("fastest",)
 _UNBOUNDED: Final = Quantity(Number(inf), 1.0)
@@ -118,6 +120,7 @@ class _Modal:
     last: System = UNSEEN  # of the move before, in the order of writing
     bounded: bool = False  # whether any override says how fast the tool is at most
     unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
+    used: set[int] = field(default_factory=set)  # definitions that a statement takes its value from
 
     # --- definitions ------------------------------------------------------------------------------------
 
@@ -162,6 +165,7 @@ class _Modal:
             and len(reached := state.get(key, _NEVER)) == 1
             and (number := next(iter(reached))) >= 0
         ):
+            self.used.add(number)
             only = self.definitions[number]
             if type(only) is Quantity and type(only.written) is Number:
                 return only
@@ -170,6 +174,7 @@ class _Modal:
         found = self.flow.held(self.routine, state, key)
         if found == _NEVER:
             return unset
+        self.used |= found
         values = [unset if number == UNSET else self.definitions[number] for number in found]
         first = next((value for value in values if _lost(value)), values[0])
         if _lost(first):
@@ -275,9 +280,14 @@ class _Modal:
         """The statements of a routine; `states`: what holds before each."""
         self.current = {}
         rows: list[st.Statement] = []
+        moved: State | None = None
         for s, state in zip(routine.body, states, strict=True):
             if state is not self.state:
                 self.state, self.current = state, {}
+            if type(s) is st.Move and state is not moved and not (s.tool is None and s.frame is None):
+                moved = state  # a position with a tool and a frame of its own is one of those that hold
+                for key in self.keys & _SYSTEMS:
+                    self.used |= self.flow.held(routine.name, state, key)
             rows.append(self.move(s) if type(s) is st.Move else self.placed(s))
         return rows
 
@@ -559,6 +569,151 @@ def _settings(s: st.Statement) -> dict[Key, object]:
             return {}
 
 
+class _Outlasting:
+    """What still holds where a program ends, or calls one that no file has: the translation writes it into moves alone.
+
+    Told are statements that no move here takes a value of, and asked for is what such a call hands on.
+    """
+
+    def __init__(self, own: _Modal) -> None:
+        self.own = own
+        self.unused: dict[int, st.Statement] = {}
+        self.handed: list[
+            tuple[str, st.Statement]
+        ] = []  # to a routine that no file has: a statement that holds
+        self._number_of: dict[int, st.Statement] | None = None
+
+    def straight(self, routine: st.Routine) -> None:
+        """Of a routine that is run from its first to its last statement, looked at from its end."""
+        wanted: set[Key] = set()  # by moves behind, before which no other statement sets it
+        kept: set[Key] = set()  # that a statement behind sets
+        calls: dict[str, set[Key]] = {}  # behind: what is set between here and there
+        used: set[int] = set()
+        met: set[_Asks] = set()
+        for s in reversed(routine.body):
+            kind = type(s)
+            if kind is st.Move:
+                if (asks := _asks(s)) not in met:  # type: ignore[arg-type]
+                    met.add(asks)
+                    wanted |= _wanted(asks)
+            elif kind in _MODAL_KINDS:
+                keys = set(_settings(s))
+                if not wanted.isdisjoint(keys):
+                    used.add(id(s))
+                    wanted -= keys
+                    met.clear()
+                if not keys <= kept:
+                    kept |= keys
+                    self.unused[id(s)] = s
+                for name, between in calls.items():
+                    if not keys <= between:
+                        between |= keys
+                        self.handed.append((name, s))
+            elif kind is st.Call and s.routine in self.own.work.missing:  # type: ignore[union-attr]
+                kept, calls[s.routine] = set(), set()  # type: ignore[union-attr]
+        for one in used:
+            self.unused.pop(one, None)
+
+    def routed(self, routine: st.Routine, states: list[State | None], starts: bool) -> None:
+        """`states`: what holds before each statement. `starts`: whether another program comes behind it."""
+        last = len(routine.body) - 1
+        for n, (s, state) in enumerate(zip(routine.body, states, strict=True)):
+            name = s.routine if type(s) is st.Call and s.routine in self.own.work.missing else ""
+            ends = starts and (n == last or type(s) in (st.End, st.Return))
+            if state is None or not (name or ends):
+                continue
+            found = {d for key in self.own.keys for d in self.own.flow.held(routine.name, state, key)}
+            held = [one for d in found if (one := self.numbered.get(d)) is not None]
+            self.unused |= {id(one): one for one in held if ends or name}
+            self.handed += [(name, one) for one in held if name]
+            if n == last and type(s) in _MODAL_KINDS:
+                self.unused[id(s)] = s
+
+    @property
+    def numbered(self) -> dict[int, st.Statement]:
+        """The modal statement of each definition."""
+        if self._number_of is None:
+            modal = {id(s): s for s in self.own.program.statements() if type(s) in _MODAL_KINDS}
+            self._number_of = {n: modal[one] for (one, _), n in self.own.numbers.items() if one in modal}
+        return self._number_of
+
+    def tell(self) -> None:
+        work = self.own.work
+        for number in self.own.used if self.unused else ():
+            if number in self.numbered:
+                self.unused.pop(id(self.numbered[number]), None)
+        if not (self.unused or self.handed):
+            return
+        lines = Counter(s.line for s in self.own.program.statements() if type(s) in _MODAL_KINDS)
+        # What a language sets by itself: as a routine begins, and again behind a move that a setting held for alone.
+        lines += Counter({routine.line: _INITIAL for routine in self.own.program.routines})
+        lines += Counter({s.line: _INITIAL for s in self.own.program.statements() if type(s) is st.Move})
+        for s in sorted(self.unused.values(), key=lambda s: s.line):
+            if lines[s.line] < _INITIAL and self._is_lost(s):
+                work.lose(s, Fate.APPROXIMATED, "scope", _NOT_SET)
+        by_name: dict[str, set[str]] = {}
+        for name, s in self.handed:
+            if lines[s.line] < _INITIAL and self._is_lost(s):
+                by_name.setdefault(name, set()).add(_HANDED[type(s)])
+        for name, words in by_name.items():
+            work.ask(_MOVES_WITH, f"{name} ({', '.join(sorted(words))})")
+
+    def _is_lost(self, s: st.Statement) -> bool:
+        """Whether a statement sets something else than what holds where nothing is set, and is written nowhere."""
+        match s:
+            case st.SetOverride(share=share, fastest=fastest):
+                return not self.own.work.limits.has_override and (share.literal != 1.0 or fastest is not None)
+            case st.SetAcceleration(rates=rates):
+                share = st.AccelerationUnit.FRACTION
+                return any(rate.unit is not share or rate.value.literal != 1.0 for rate in rates)
+        return True
+
+
+_Asks = tuple[bool, bool, object, bool, bool]
+_INITIAL: Final = 5  # settings of one line that sets all to how a program begins
+_NOT_SET: Final = (
+    "no move here takes it: what runs behind this program, or is called by it, has to set it there"
+)
+_MOVES_WITH: Final = (
+    "see that these set themselves what holds for them here in the source, and change none of it"
+)
+_HANDED: Final[Mapping[type, str]] = {
+    st.SetSpeed: "speed",
+    st.SetAcceleration: "acceleration",
+    st.SetBlend: "blend",
+    st.SetTool: "tool",
+    st.SetFrame: "frame",
+    st.SetOverride: "override",
+}
+
+
+def _asks(s: st.Move) -> _Asks:
+    """What a move takes from statements before it."""
+    sized = s.blend is None or s.blend.value is not None
+    return (
+        s.path is st.Path.JOINT,
+        s.speed is None,
+        None if sized else s.blend.kind,  # type: ignore[union-attr]
+        s.acceleration is None and s.rate is None,
+        s.turn is None,
+    )
+
+
+def _wanted(asks: _Asks) -> set[Key]:
+    joint, speed, blend, rate, turn = asks
+    found: set[Key] = {_OVERRIDE, _FASTEST, *_SYSTEMS}
+    if speed:
+        units = (st.SpeedUnit.FRACTION, st.SpeedUnit.AXIS) if joint else (st.SpeedUnit.TRAVEL,)
+        found |= {(_SPEED, unit) for unit in units}
+    if blend is not None:
+        found.add((_BLEND, blend))
+    if rate:
+        found |= set(_RATES[joint])
+    if turn:
+        found.add(_TURNING)
+    return found
+
+
 def _scale(key: Key) -> float:
     if key[0] == _RATE:
         return percent if key[2] else deg if key[1] else 1.0
@@ -602,11 +757,21 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
     kinds = _MODAL_KINDS | {st.Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
-    bodies = []
+    bodies, outlasting = [], _Outlasting(own)
+    called = {s.routine.casefold() for s in program.statements() if type(s) is st.Call}
     for routine in program.routines:
         own.routine, own.last = routine.name, UNSEEN
         states = own.flow.before.get(routine.name)
-        bodies.append(own.straight(routine, kinds) if states is None else own.routed(routine, states))
+        if states is None:
+            bodies.append(own.straight(routine, kinds))
+            outlasting.straight(routine)
+        else:
+            bodies.append(own.routed(routine, states))
+            first = routine.name == (program.main or program.routines[0].name)
+            outlasting.routed(
+                routine, states, first or routine.starts or routine.name.casefold() not in called
+            )
+    outlasting.tell()
     routines = []
     for routine, body in zip(program.routines, bodies, strict=True):
         own.routine = routine.name
