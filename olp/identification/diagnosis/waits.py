@@ -130,59 +130,65 @@ def _likelier(off: Floats, least: float, resolution: float) -> float:
     told, least = np.zeros((_DEALS, 2)), max(resolution / math.sqrt(12.0), least)
     for deal in range(_DEALS):
         between = np.random.default_rng(deal).uniform(-0.5, 0.5, len(off)) * resolution
-        told[deal] = [_gained(side * (off + between), least, deal) for side in (1.0, -1.0)]
+        told[deal] = _gained(off + between, least, deal)
     most = float(told.max())
     return most + math.log(float(np.mean(np.exp(told - most))))
 
 
-def _gained(off: Floats, least: float, deal: int) -> float:
-    """Log-likelihood ratio of moves that were not fitted, with waits over without; `deal`: how they are held out."""
-    folds = np.random.default_rng(deal).permutation(len(off)) % COUNT
-    gain = 0.0
-    for label in range(COUNT):
-        seen, held = off[folds != label], off[folds == label]
-        gain += float((_foretold(seen, held, least, True) - _foretold(seen, held, least, False)).sum())
-    return gain
+def _gained(off: Floats, least: float, deal: int) -> Floats:
+    """(2,) log-likelihood ratios of moves that were not fitted, with waits over without, of `off` (n,) [s] and of the
+    same turned round; `deal`: how they are held out."""
+    seen = np.random.default_rng(deal).permutation(len(off)) % COUNT != np.arange(COUNT)[:, None]
+    sigma = np.array([spread(off[some], least) for some in seen])[:, None]
+    with_waits = _foretold(np.stack([off, -off])[:, None], seen, sigma, least, True)
+    gained = with_waits - _foretold(off[None], seen, sigma, least, False)
+    return np.asarray(np.where(seen, 0.0, gained).sum(axis=(1, 2)))
 
 
-def _foretold(seen: Floats, held: Floats, least: float, waits: bool) -> Floats:
-    """(m,) log density of residuals `held` (m,) by those that are `seen`: Student's t, and with `waits` beside it an
-    exponential, whose mean is as uncertain as that of so few waits is. The degrees of freedom are weighted by how
-    likely they make what is seen."""
-    sigma = spread(seen, least)
-    start = np.where(waits & (seen > _CLEARLY * sigma), 1.0, 0.0)
-    told, density = [], []
-    for freedom in _TAILS:
-        likely, scale = start, sigma
-        for _ in range(_ROUNDS):
-            weight = (1.0 - likely) * (freedom + 1.0) / (freedom + (seen / scale) ** 2)
-            scale = max(math.sqrt(float(weight @ seen**2) / max(float((1.0 - likely).sum()), 1.0)), least)
-            wait = _waiting(seen, seen, likely)
-            likely = wait / np.maximum(wait + (1.0 - likely.mean()) * _student(seen, scale, freedom), 1e-300)
-        rest = 1.0 - float(likely.mean())
-        both = [_waiting(x, seen, likely) + rest * _student(x, scale, freedom) for x in (seen, held)]
-        told.append(float(np.log(np.maximum(both[0], 1e-300)).sum()))
-        density.append(both[1])
-    share = np.exp(np.array(told) - max(told))
-    return np.asarray(np.log(np.maximum(share @ np.stack(density) / share.sum(), 1e-300)))
+def _foretold(off: Floats, seen: Mask, sigma: Floats, least: float, waits: bool) -> Floats:
+    """(…, f, n) log density of residuals `off` (…, 1, n) [s] by those that are `seen` (f, n) and scatter by `sigma`
+    (f, 1) [s]: Student's t, and with `waits` beside it an exponential, whose mean is as uncertain as that of so few
+    waits is. The degrees of freedom are weighted by how likely they make what is seen."""
+    count, square = seen.sum(axis=1, keepdims=True), off**2
+    freedom = np.array(_TAILS).reshape(-1, *(1,) * off.ndim)
+    scale, late = sigma, seen & (off > _CLEARLY * sigma) & waits
+    likely = late.astype(np.float64)
+    for _ in range(_ROUNDS):
+        rest = seen - likely
+        weight = rest * ((freedom + 1.0) / (freedom + square / scale**2))
+        many = np.maximum(rest.sum(axis=-1, keepdims=True), 1.0)
+        scale = np.maximum(np.sqrt((weight * square).sum(axis=-1, keepdims=True) / many), least)
+        if waits:
+            wait, share = _waiting(off, seen, likely), likely.sum(axis=-1, keepdims=True) / count
+            either = wait + (1.0 - share) * _student(off, scale, freedom)
+            likely = np.where(seen, wait / np.maximum(either, 1e-300), 0.0)
+    density = _student(off, scale, freedom)
+    if waits:
+        rest = 1.0 - likely.sum(axis=-1, keepdims=True) / count
+        density = _waiting(off, seen, likely) + rest * density
+    told = np.where(seen, np.log(np.maximum(density, 1e-300)), 0.0).sum(axis=-1, keepdims=True)
+    share = np.exp(told - told.max(axis=0))
+    whole = (share * density).sum(axis=0) / share.sum(axis=0)
+    return np.asarray(np.log(np.maximum(whole, 1e-300)))
 
 
-def _waiting(values: Floats, seen: Floats, likely: Floats) -> Floats:
-    """(m,) density of waits of `values` (m,) [s], where moves late by `seen` (n,) [s] are `likely` (n,) to wait: an
-    exponential whose mean is known by these (Lomax's distribution)."""
-    count, whole = float(likely.sum()), float(likely @ seen)
-    if count < _LEAST_WAITS or whole <= 0:
-        return np.zeros(len(values))
-    far = (1.0 + np.maximum(values, 0.0) / whole) ** -(count + 1.0)
-    return np.where(values > 0, count / len(seen) * count / whole * far, 0.0)
+def _waiting(off: Floats, seen: Mask, likely: Floats) -> Floats:
+    """(…, f, n) density of waits of `off` (…, 1, n) [s], where moves that are `seen` (f, n) are `likely` (…, f, n) to
+    wait: an exponential whose mean is known by these (Lomax's distribution)."""
+    count = likely.sum(axis=-1, keepdims=True)
+    whole = (likely * off).sum(axis=-1, keepdims=True)
+    some = (count >= _LEAST_WAITS) & (whole > 0)
+    whole = np.where(some, whole, 1.0)
+    far = (1.0 + np.maximum(off, 0.0) / whole) ** -(count + 1.0)
+    density = count / seen.sum(axis=1, keepdims=True) * count / whole * far
+    return np.asarray(np.where(some & (off > 0), density, 0.0))
 
 
-def _student(values: Floats, scale: float, freedom: float) -> Floats:
-    """(m,) density of Student's t."""
-    size = math.lgamma(0.5 * (freedom + 1.0)) - math.lgamma(0.5 * freedom) - 0.5 * math.log(freedom * math.pi)
-    return np.asarray(
-        math.exp(size) / scale * (1.0 + (values / scale) ** 2 / freedom) ** (-0.5 * (freedom + 1.0))
-    )
+def _student(values: Floats, scale: Floats, freedom: Floats) -> Floats:
+    """Density of Student's t."""
+    half = [math.lgamma(0.5 * (one + 1.0)) - math.lgamma(0.5 * one) for one in freedom.ravel().tolist()]
+    size = np.exp(half).reshape(freedom.shape) / np.sqrt(freedom * math.pi)
+    return np.asarray(size / scale * (1.0 + (values / scale) ** 2 / freedom) ** (-0.5 * (freedom + 1.0)))
 
 
 def at_a_line(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
