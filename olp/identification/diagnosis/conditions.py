@@ -162,13 +162,18 @@ class _Under(NamedTuple):
     scale: float  # [s]
     case: MeasuredMoves
     better: Floats  # (n,) by how much each move is likelier where the part acts in all
+    without: Floats  # (n,) how unlikely each move is without the part
+    won: dict[Condition, float]  # what moves win under a condition, kept once it was asked for
 
     @classmethod
     def of(cls, fitted: ModelFit, index: int, case: MeasuredMoves) -> _Under:
         """Of part `index` of a fit."""
         part, rest = fitted.model.parts[index], fitted.model.without(index)
         always = DurationModel((*rest.parts, part._replace(condition=None)))
-        return cls(part, rest, fitted.scale, case, _won(rest, always, fitted.scale, case))
+        without = _unlikely(rest, fitted.scale, case)
+        return cls(
+            part, rest, fitted.scale, case, without - _unlikely(always, fitted.scale, case), without, {}
+        )
 
     def worth(self, condition: Condition) -> float:
         """[1] log-likelihood that moves win under a condition, less what its statements cost.
@@ -178,9 +183,10 @@ class _Under(NamedTuple):
         """
         if self.case.partners is None:
             return _worth(condition, self.better, self.case)
-        whole = DurationModel((*self.rest.parts, self.part._replace(condition=condition)))
-        won = float(_won(self.rest, whole, self.scale, self.case).sum())
-        return won - _cost(len(self.case)) * len(condition.statements)
+        if condition not in self.won:
+            whole = DurationModel((*self.rest.parts, self.part._replace(condition=condition)))
+            self.won[condition] = float((self.without - _unlikely(whole, self.scale, self.case)).sum())
+        return self.won[condition] - _cost(len(self.case)) * len(condition.statements)
 
     def best(self, said: _Said, known: Condition) -> Condition:
         """The condition that is worth most, its bounds where the moves want them."""
@@ -239,10 +245,13 @@ def _restricted(best: ModelFit, case: MeasuredMoves, noise: Noise, said: _Said) 
 
 def _won(rest: DurationModel, whole: DurationModel, scale: float, case: MeasuredMoves) -> Floats:
     """(n,) by how much each move is likelier, in log-likelihood, with `whole` than with `rest`."""
-    before, after = (
-        np.log1p(((case.measured - m.seconds(case)) / scale) ** 2 / FREEDOM) for m in (rest, whole)
-    )
-    return np.asarray(0.5 * (FREEDOM + 1.0) * (before - after))
+    return _unlikely(rest, scale, case) - _unlikely(whole, scale, case)
+
+
+def _unlikely(model: DurationModel, scale: float, case: MeasuredMoves) -> Floats:
+    """(n,) minus log-likelihood of each move, less what all models have alike."""
+    off = (case.measured - model.seconds(case)) / scale
+    return np.asarray(0.5 * (FREEDOM + 1.0) * np.log1p(off**2 / FREEDOM))
 
 
 def _exchanged(
