@@ -6,7 +6,7 @@ Simulated durations have no scatter: a law that is right fits them to their digi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +52,7 @@ def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
         return motion.with_(law="stop")
     best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
     families = _families(motion)
-    coarse = [min(_off(law.with_(overlap=one), sim, rounded) for one in _OVERLAPS) for law in families]
+    coarse = [float(_offs(law, _OVERLAPS, sim, rounded).min()) for law in families]
     for tried, about in zip(families, coarse, strict=True):
         if about <= _WORTH_A_WALK * min(coarse):
             overlap, off = _nearest(tried, sim, rounded)
@@ -140,14 +140,15 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
     spans = {names: span for names, span in spans.items() if span.rank == len(names)}
     grid = [0.0] if written else np.linspace(math.log(_RAMPS[0]), math.log(_RAMPS[1]), _RAMP_GRID).tolist()
 
-    def left(law: Motion, logarithm: float, overlap: float) -> Floats:
+    def left(law: Motion, logarithm: float, overlaps: Sequence[float]) -> Floats:
         more = math.exp(logarithm)
         ramps = ("accelerate", "decelerate", "open_start", "open_end")
-        tried = law.with_(overlap=overlap, **{name: more * getattr(law, name) for name in ramps})
-        return np.asarray(sim - tried.duration())
+        return np.asarray(
+            sim - law.with_(**{name: more * getattr(law, name) for name in ramps}).durations(overlaps)
+        )
 
     def nearest(law: Motion, span: _Span, logarithm: float) -> tuple[float, float]:
-        return _walked(lambda overlap: span.misfit(left(law, logarithm, overlap)))
+        return _walked(lambda overlaps: span.misfits(left(law, logarithm, overlaps)))
 
     def best(law: Motion, span: _Span, at: int) -> float:
         if written:
@@ -158,16 +159,15 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
     coarse = np.full((len(spans), len(laws), len(grid)), np.inf)
     for k, law in enumerate(laws):
         for g, one in enumerate(grid):
-            for overlap in _OVERLAPS[: 1 if law.law == "stop" else None]:
-                off = left(law, one, overlap)
-                coarse[:, k, g] = np.minimum(coarse[:, k, g], [span.misfit(off) for span in spans.values()])
+            off = left(law, one, _OVERLAPS[: 1 if law.law == "stop" else None])
+            coarse[:, k, g] = [span.misfits(off).min() for span in spans.values()]
     found = list[tuple[float, CornerTimes]]()
     for (names, span), offs in zip(spans.items(), coarse, strict=True):
         some = _LAWS_REFINED if not names else _LAWS_BESIDE
         for k in np.argsort(offs.min(axis=1), kind="stable")[:some].tolist():
             one = best(laws[k], span, int(np.argmin(offs[k])))
             overlap, off = nearest(laws[k], span, one)
-            times = span.times @ left(laws[k], one, overlap)
+            times = span.times @ left(laws[k], one, [overlap])[0]
             if (times >= _LEAST_BESIDE).all():
                 told = dict(zip(names, times.tolist(), strict=True))
                 found.append((off, CornerTimes(math.exp(one), **told)))
@@ -191,24 +191,24 @@ def golden_section(misfit: Callable[[float], float], low: float, high: float, st
 
 def _nearest(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> tuple[float, float]:
     """Overlap and how far [s] off it is."""
-    return _walked(lambda overlap: _off(motion.with_(overlap=overlap), sim, rounded))
+    return _walked(lambda overlaps: _offs(motion, overlaps, sim, rounded))
 
 
-def _walked(misfit: Callable[[float], float]) -> tuple[float, float]:
-    """Overlap and its misfit: the best of a grid, then ever nearer around it."""
-    offs = [misfit(overlap) for overlap in _OVERLAPS]
+def _walked(misfits: Callable[[Sequence[float]], Floats]) -> tuple[float, float]:
+    """Overlap and its misfit: the best of a grid, then ever nearer around it. `misfits`: (k,) of k overlaps."""
+    offs = misfits(_OVERLAPS)
     at = int(np.argmin(offs))
-    place, best = _OVERLAPS[at], offs[at]
+    place, best = _OVERLAPS[at], float(offs[at])
     step = 0.5 * (_OVERLAPS[min(at + 1, len(_OVERLAPS) - 1)] - _OVERLAPS[max(at - 1, 0)])
     while step > 1e-4:
         for _ in range(_WALKED):
-            for tried in (place - step, place + step):
-                off = misfit(tried) if tried > 0 else np.inf
-                if off < best:
-                    place, best = tried, off
-                    break
-            else:
+            tried = [one for one in (place - step, place + step) if one > 0]
+            better = [
+                (one, off) for one, off in zip(tried, misfits(tried).tolist(), strict=True) if off < best
+            ]
+            if not better:
                 break
+            place, best = better[0]
         step *= 0.5
     return place, best
 
@@ -228,14 +228,19 @@ class _Span(NamedTuple):
         times = np.asarray(np.linalg.pinv(told), dtype=np.float64)
         return cls(np.eye(len(start)) - told @ times, times, int(np.linalg.matrix_rank(told)) if names else 0)
 
-    def misfit(self, off: Floats) -> float:
-        """[s] mean of what the times leave of differences `off` (n,) [s]."""
-        return float(np.abs(self.left @ off).mean())
+    def misfits(self, offs: Floats) -> Floats:
+        """(k,) [s] mean of what the times leave of differences `offs` (k, n) [s]."""
+        return np.asarray(np.abs(np.matmul(self.left, offs[..., None])[..., 0]).mean(axis=1))
 
 
 def _off(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> float:
     """[s] mean distance from the simulation at rounded corners."""
     return float(np.mean(np.abs(motion.duration() - sim)[rounded]))
+
+
+def _offs(motion: Motion, overlaps: Sequence[float], sim: Floats, rounded: NDArray[np.bool_]) -> Floats:
+    """(k,) [s] the same with each of k overlaps."""
+    return np.asarray(np.compress(rounded, np.abs(motion.durations(overlaps) - sim), axis=1).mean(axis=1))
 
 
 # --- Accelerations ---
