@@ -184,17 +184,17 @@ def forced(motion: Motion, up: Floats, down: Floats) -> Motion:
     second pass computes both from the result of the first.
     """
     # Both ramps in one go, one below the other: the search asks for this more often than for anything else.
-    force = np.concatenate([up, down[:, ::-1]])
-    first = _with_force(motion, motion.top(), force)
-    return _with_force(motion, first.top(), force)
+    force, count = np.concatenate([up, down[:, ::-1]]), len(motion.way)
+    way, slow = np.maximum(motion.way, 1e-9), np.concatenate([motion.accelerate, motion.decelerate])
+    far = slow * np.concatenate([way, way])
 
+    def changed(top: Floats) -> Floats:
+        ramp = np.concatenate([top, top]) ** 2 / far
+        return slow / longer(_passing(force, ramp[:, None]))
 
-def _with_force(motion: Motion, top: Floats, force: Floats) -> Motion:
-    count = len(motion.way)
-    way = np.maximum(np.concatenate([motion.way, motion.way]), 1e-9)
-    slow = np.concatenate([motion.accelerate, motion.decelerate])
-    ramp = np.concatenate([top, top]) ** 2 / (slow * way)
-    both = slow / longer(_passing(force, ramp[:, None]))
+    first = changed(motion.top())
+    mean = 0.5 * (1.0 / first[:count] + 1.0 / first[count:])
+    both = changed(np.minimum(motion.speed, np.sqrt(way / mean)))
     return motion.with_(accelerate=both[:count], decelerate=both[count:])
 
 
