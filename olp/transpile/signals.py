@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any, Final
 
 from olp.ir import expressions as ex
@@ -369,7 +370,7 @@ class _Signals:
         if known is None:
             taken = self.taken.setdefault(bus, set())
             last = self.work.limits.last_signals.get(bus, 100_000)
-            free = (n for n in (*range(1, last + 1), 0) if n not in taken and self._exists(bus, n))
+            free = (n for n in chain(range(1, last + 1), (0,)) if n not in taken and self._exists(bus, n))
             known = next(free, -1)
             if known < 0:
                 self.refused = f"{bus} {name}, as all {last + 1} of these signals are taken"
