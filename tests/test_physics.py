@@ -312,16 +312,19 @@ def test_compiled_loops_of_overlapping_ramps_say_the_same_to_the_last_bit(law, m
         np.testing.assert_array_equal(*said)
 
 
-def test_compiled_loops_between_stops_say_the_same_to_the_last_bit(monkeypatch):
+@pytest.mark.parametrize("law", ["stop", "share"])
+def test_compiled_loops_of_the_way_alone_say_the_same_to_the_last_bit(law, monkeypatch):
     rng, count, said = np.random.default_rng(9), 90, []
-    motion = CASE.base.take(np.arange(count) % len(CASE)).with_(law="stop", jerk=np.full(count, np.inf))
+    motion = CASE.base.take(np.arange(count) % len(CASE)).with_(law=law, jerk=np.full(count, np.inf))
     columns = {name: rng.uniform(0.1, 2.0, count) for name in _motion._TRAVEL if name != "jerk"}
-    motion = motion.with_(**columns, least=rng.uniform(0.0, 3.0, count), added=rng.uniform(0.0, 0.2, count))
+    columns |= {"round_end": rng.uniform(-0.2, 0.4, count).clip(0.0), "least": rng.uniform(0.0, 3.0, count)}
+    motion = motion.with_(**columns, added=rng.uniform(0.0, 0.2, count))
     motion.way[:9], motion.speed[10], motion.filtered[20:50] = 0.0, np.nan, 0.0
     for worth in (False, True):
         monkeypatch.setattr(compiled_loops.Loops, "worth", lambda *_, worth=worth: worth)
-        said.append(motion.duration())
-    np.testing.assert_array_equal(*said)
+        said += [motion.duration(), motion.durations((0.3, 0.9))]
+    np.testing.assert_array_equal(said[0], said[2])
+    np.testing.assert_array_equal(said[1], said[3])
 
 
 def test_compiled_loops_are_loaded_once_they_would_have_saved_what_that_costs():

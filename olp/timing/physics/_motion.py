@@ -120,6 +120,7 @@ class Motion:
         copy = object.__new__(Motion)
         own = vars(copy)
         own.update(vars(self), **changes)
+        own.pop("_highest", None)
         if "jerk" in changes or "build" in changes:
             own.pop("_jerked", None)
         if "round_start" in changes or "round_end" in changes:
@@ -201,9 +202,6 @@ class Motion:
             return self._in_loops(law, corners)
         if law == "arc" and self._rounded:
             return self._through_arcs()
-        stops = (self.law == "stop" or not self._rounded) and not self._jerked and not self._waits
-        if stops and _LOOPS_BETWEEN.worth(len(self.way)):
-            return self._between_stops()
         travel, top = self._travel()
         whole = np.maximum(travel, self.least) + self.added
         if self._waits:
@@ -299,14 +297,6 @@ class Motion:
         fast = np.minimum(corners.speed, np.sqrt(corners.way * slow)) if self.corners is not None else top
         return saved + (1.0 - self.split) * self._saving(law, start, fast, slow)
 
-    def _between_stops(self) -> Floats:
-        """`duration` of moves without a jerk from rest to rest."""
-        result = np.empty(len(self.way))
-        ramps = (self.accelerate, self.decelerate)
-        columns = (self.way, self.speed, *ramps, self.filtered, self.least, self.added)
-        _compiled_between_stops(columns, result)
-        return result
-
     def _in_loops(self, law: str, corners: MoveCorners) -> Floats:
         """`duration` of moves without a jerk whose ramps overlap no longer than the shorter one."""
         result = np.empty(len(self.way))
@@ -369,8 +359,13 @@ class Motion:
 
     def _travel(self) -> tuple[Floats, Floats]:
         """Time of the path alone (n,) [s], and the highest speed (n,) [m/s]."""
-        jerked, moving = self._jerked, self.way > 0
-        speed, ramps = self.speed, self._ramps(self.speed, jerked)
+        jerked = self._jerked
+        if not jerked and _TRAVELLED.worth(len(self.way)):
+            travel, top = np.empty((2, len(self.way)))
+            ramps = (self.accelerate, self.decelerate, self.filtered)
+            _compiled_travel((self.way, self.speed, *ramps), travel, top)
+            return travel, top
+        moving, speed, ramps = self.way > 0, self.speed, self._ramps(self.speed, jerked)
         short = np.flatnonzero((speed * ramps > self.way) & moving)
         if len(short):
             speed = speed.copy()
@@ -455,6 +450,10 @@ class Motion:
 
     def top(self) -> Floats:
         """Highest speed without jerk (n,) [m/s]: the programmed speed, or less on short paths."""
+        return self._highest
+
+    @cached_property
+    def _highest(self) -> Floats:
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         return np.asarray(np.minimum(self.speed, np.sqrt(np.maximum(self.way, 1e-9) / slow)))
 
@@ -497,7 +496,7 @@ _TRAVEL = (
 
 _IN_LOOPS = {"full": 0, "share": 1, "braking": 2}  # laws of the shorter ramp
 _LOOPS = compiled_loops.Loops(1.5e-7)  # [s] per move that they save, measured
-_LOOPS_BETWEEN = compiled_loops.Loops(2e-7)  # [s] likewise, of some hundred moves
+_TRAVELLED = compiled_loops.Loops(2e-7)  # [s] likewise, of some hundred moves
 
 
 def _less(one: float, other: float) -> float:
@@ -550,13 +549,11 @@ def _looped_travel(way: float, speed: float, up: float, down: float, filtered: f
 
 
 @compiled_loops.kernel(_less, _more, _looped_travel)
-def _compiled_between_stops(columns: tuple[Floats, ...], result: Floats) -> None:
-    """The same as `Motion.duration` between stops, to the last bit: a search asks for it hundreds of thousands of
-    times."""
-    way, speed, up, down, filtered, least, added = columns
+def _compiled_travel(columns: tuple[Floats, ...], travel: Floats, top: Floats) -> None:
+    """The same as `Motion._travel`, to the last bit: a search asks for it hundreds of thousands of times."""
+    way, speed, up, down, filtered = columns
     for i in range(len(way)):
-        travel, _ = _looped_travel(way[i], speed[i], up[i], down[i], filtered[i])
-        result[i] = _more(travel, least[i]) + added[i]
+        travel[i], top[i] = _looped_travel(way[i], speed[i], up[i], down[i], filtered[i])
 
 
 @compiled_loops.kernel(_less, _more, _looped_ramp, _looped_travel)
