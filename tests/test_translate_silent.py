@@ -4211,3 +4211,52 @@ def test_what_a_routine_of_no_file_moves_with_is_asked_for(ways):
 def test_how_a_program_begins_in_krl_is_nothing_that_others_move_with():
     made = converted(krl("BAS(#INITMOV,0)", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}"), "krl", "rapid")
     assert not [x for x in made.translated.losses if x.part == "scope"]
+
+
+@pytest.mark.parametrize(
+    ("target", "rows"),
+    [
+        ("rapid", ["tool_1.tframe:=[[0,0,100],[1,0,0,0]];", "frame_3.uframe:=[[1,2,3],[1,0,0,0]];"]),
+        ("tp", ["PR[100,3]=100", "UTOOL[1]=PR[100]", "PR[100,1]=1", "UFRAME[3]=PR[100]"]),
+        ("inform", ["SETTOOL TL#(1) P000", "MFRAME UF#(3) P001 P002 P003"]),
+        ("urscript", ["tool_1 = p[0.0, 0.0, 0.1,", "frame_3 = p[0.001, 0.002, 0.003,"]),
+    ],
+)
+@pytest.mark.parametrize("moves", [[], ["$TOOL=TOOL_DATA[2]", "LIN {X 900,Y 0,Z 500,A 0,B 0,C 180}"]])
+def test_a_tool_or_frame_that_no_move_here_takes_is_set_for_those_that_do(moves, target, rows):
+    sets = ["TOOL_DATA[1]={X 0,Y 0,Z 100,A 0,B 0,C 0}", "BASE_DATA[3]={X 1,Y 2,Z 3,A 0,B 0,C 0}"]
+    text = translated(krl(*sets, *moves), "krl", target)
+    places = [text.find(row) for row in rows]
+    assert -1 not in places
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize(
+    ("target", "row"),
+    [
+        ("krl", "BASE_DATA[1]={X 900,Y 100,Z 400,A 0,B 0,C 0}"),
+        ("rapid", "frame_1.uframe:=[[900,100,400],[1,0,0,0]];"),
+        ("tp", "UFRAME[1]=PR[100]"),
+    ],
+)
+def test_a_frame_of_three_points_that_no_move_here_takes_is_set_for_those_that_do(target, row):
+    points = ["///POSTYPE BASE", "///RECTAN", "///RCONF 1,0,0,0,0,0,0,0"]
+    for number, place in enumerate(("900.000,100.000", "1000.000,100.000", "900.000,200.000")):
+        points.append(f"C{number:05d}={place},400.000,180.0000,0.0000,30.0000")
+    assert row in translated(inform("MFRAME UF#(1) C00000 C00001 C00002", points=points), "inform", target)
+
+
+def test_what_a_called_routine_leaves_set_at_the_end_is_told():
+    """The call is the last of all."""
+    rows = [
+        "DEF MAINLY ( )",
+        "SETS ()",
+        "END",
+        "DEF SETS ( )",
+        "WAIT SEC 0.1",
+        "$BASE=BASE_DATA[3]",
+        "END",
+        "",
+    ]
+    losses = converted("\r\n".join(rows), "krl", "rapid").translated.losses
+    assert [x.line for x in losses if x.part == "scope"] == [6]

@@ -30,11 +30,12 @@ def constant_systems(program: st.Program, work: TranslationContext) -> st.Progra
     counts = _counts(s for routine in program.routines for _, s in work.look(routine).rare)
     if not counts:
         return program
+    taken = _taken(program, work, set(counts))
     main = program.main or program.routines[0].name
     routines = []
     for routine in program.routines:
         if routine.name == main:
-            routine = replace(routine, body=tuple(_Preface(work, counts).rows(routine.body, program)))
+            routine = replace(routine, body=tuple(_Preface(work, counts, taken).rows(routine.body, program)))
         routines.append(routine)
     return replace(program, routines=tuple(routines))
 
@@ -56,6 +57,24 @@ def system_of(target: ex.Expression | None) -> Key | None:
     return None
 
 
+def _taken(program: st.Program, work: TranslationContext, keys: set[Key]) -> set[Key]:
+    """Those of `keys` that something here moves with or reads: what sets others, does so for other programs."""
+    found: set[Key] = set()
+    for routine in program.routines if keys else ():
+        for s in routine.body:
+            if type(s) is st.Move:
+                found |= {system_of(s.tool), system_of(s.frame)} & keys  # type: ignore[arg-type]
+            elif type(s) in (st.SetTool, st.SetFrame):
+                found |= {system_of(s.tool if type(s) is st.SetTool else s.frame)} & keys  # type: ignore
+        for _, s in work.look(routine).rare:
+            read = s.value if isinstance(s, st.Assign) and system_of(s.target) is not None else s
+            if not isinstance(s, st.DefineFrame):
+                found |= {system_of(e) for e in expressions_of(read)} & keys  # type: ignore[arg-type]
+        if found == keys:
+            break
+    return found
+
+
 def _counts(statements: Iterable[st.Statement]) -> dict[Key, int]:
     found: dict[Key, int] = {}
     for s in statements:
@@ -73,6 +92,7 @@ class _Preface:
 
     work: TranslationContext
     counts: dict[Key, int]
+    taken: set[Key]
     held: dict[str, list[float]] = field(default_factory=dict)
 
     def rows(self, body: tuple[st.Statement, ...], program: st.Program) -> list[st.Statement]:
@@ -83,8 +103,9 @@ class _Preface:
         rows: list[st.Statement] = []
         for at, s in enumerate(body):
             if isinstance(s, (st.Assign, st.DefineFrame)):
-                if not self._sets(s):
-                    rows.append(s)
+                left = self._left(s)
+                if left is not None:
+                    rows.append(left)
             elif type(s).__name__ in _STRAIGHT:
                 rows.append(s)
             else:
@@ -92,17 +113,22 @@ class _Preface:
                 break
         return rows
 
-    def _sets(self, s: st.Assign | st.DefineFrame) -> bool:
-        """Whether the statement sets a tool or frame to a value that is known, and nothing else sets that one."""
+    def _left(self, s: st.Assign | st.DefineFrame) -> st.Statement | None:
+        """What stays of a statement: nothing where it sets a tool or frame of this program's moves to a value that is
+        known, and nothing else sets that one."""
         key = system_of(s.target if isinstance(s, st.Assign) else s.frame)
         if key is not None and self.counts[key] == 1:
             value = self._value(s.value) if isinstance(s, st.Assign) else self._corner(s)
             if value is not None and not any(map(math.isnan, value)):
-                self.work.systems[key] = ex.PositionLiteral("pose", tuple(value))
-                return True
+                known = ex.PositionLiteral("pose", tuple(value))
+                if key in self.taken:
+                    self.work.systems[key] = known
+                    return None
+                if isinstance(s, st.DefineFrame):
+                    return st.Assign(s.line, s.frame, known, s.comment)
         if isinstance(s, st.Assign):
             self._note(s)
-        return False
+        return s
 
     def _note(self, s: st.Assign) -> None:
         if isinstance(s.target, ex.Named):

@@ -687,6 +687,25 @@ _HANDED: Final[Mapping[type, str]] = {
 }
 
 
+def _ending(program: st.Program) -> set[str]:
+    """The routines, case folded, behind which another program comes: that start, and what they call last of all."""
+    called = {s.routine.casefold() for s in program.statements() if type(s) is st.Call}
+    main = (program.main or program.routines[0].name).casefold()
+    due = [
+        r for r in program.routines if r.starts or (name := r.name.casefold()) == main or name not in called
+    ]
+    found: set[str] = set()
+    by_name = {r.name.casefold(): r for r in program.routines}
+    while due:
+        routine = due.pop()
+        found.add(routine.name.casefold())
+        last = routine.body[-1] if routine.body else None
+        one = by_name.get(last.routine.casefold()) if type(last) is st.Call else None
+        if one is not None and one.name.casefold() not in found:
+            due.append(one)
+    return found
+
+
 def _asks(s: st.Move) -> _Asks:
     """What a move takes from statements before it."""
     sized = s.blend is None or s.blend.value is not None
@@ -758,7 +777,7 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
     bodies, outlasting = [], _Outlasting(own)
-    called = {s.routine.casefold() for s in program.statements() if type(s) is st.Call}
+    ending = _ending(program)
     for routine in program.routines:
         own.routine, own.last = routine.name, UNSEEN
         states = own.flow.before.get(routine.name)
@@ -767,10 +786,7 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
             outlasting.straight(routine)
         else:
             bodies.append(own.routed(routine, states))
-            first = routine.name == (program.main or program.routines[0].name)
-            outlasting.routed(
-                routine, states, first or routine.starts or routine.name.casefold() not in called
-            )
+            outlasting.routed(routine, states, routine.name.casefold() in ending)
     outlasting.tell()
     routines = []
     for routine, body in zip(program.routines, bodies, strict=True):
