@@ -4260,3 +4260,12 @@ def test_what_a_called_routine_leaves_set_at_the_end_is_told():
     ]
     losses = converted("\r\n".join(rows), "krl", "rapid").translated.losses
     assert [x.line for x in losses if x.part == "scope"] == [6]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_a_register_that_a_loop_counts_is_counted_for_routines_of_no_file_too(target):
+    """RAPID's FOR counts a variable of its own, KRL's ends one step beyond."""
+    made = translated(tp("FOR R[1]=1 TO 3", "CALL PICK", "ENDFOR"), "tp", target)
+    assert "FOR" not in made
+    assert re.search(r"R1:?=R1 ?\+ ?1", made)
+    assert re.search(r"R1:?=R1 ?- ?1", made)

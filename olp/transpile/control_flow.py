@@ -482,7 +482,10 @@ class _Target:
             isinstance(s, st.Declare) and s.name == getattr(head.variable, "name", "")
             for s in self.routine.body
         )
-        return not local and bool(self.counters.named_in(head.variable) - {self.routine.name})
+        # Routines that no file has may read what has a number.
+        read = self.work.missing and getattr(head.variable, "name", "") in self.work.registers
+        others = read or self.counters.named_in(head.variable) - {self.routine.name}
+        return not local and bool(others)
 
 
 def _named_in(value: object) -> set[str]:
