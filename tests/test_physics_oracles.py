@@ -619,7 +619,9 @@ def test_how_well_durations_fit_a_cycle_is_the_mean_of_their_turns():
     times = np.random.default_rng(3).uniform(0.2, 8.0, 40)
     for frequencies in (np.arange(4.0, 50.0, 0.04), np.linspace(10.0, 11.0, 81), np.array([3.0])):
         turns = [abs(np.exp(2j * np.pi * one * times).mean()) for one in frequencies]
-        np.testing.assert_allclose(cycle_quantisation._coherence(times, frequencies), turns, atol=1e-10)
+        np.testing.assert_allclose(
+            cycle_quantisation._coherence(times, frequencies, np.ones(len(times))), turns, atol=1e-10
+        )
 
 
 def test_no_cycle_is_found_in_durations_that_are_no_multiples():

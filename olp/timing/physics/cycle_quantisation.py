@@ -12,6 +12,7 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SHORTEST, _LONGEST = 5e-4, 0.25  # [s]
+_EQUAL = 1e-5  # [s] by which simulated durations of one kind differ at most
 _FEWEST = 12
 _FEW = 6  # durations that differ, where the cycle is known: they only have to tell what was late
 _LOOKED_AT = 240  # moves
@@ -21,6 +22,7 @@ _STEP, _NEAR = 0.12, 3  # of a cycle at the longest duration, and so many steps 
 _ROUND = 0.02  # of a cycle at the longest duration: what the lattice found leaves open
 _DIGITS = 0.8  # of the frequency of the clock's digits: shorter cycles cannot be seen
 _OTHERS = 3  # cycles that are tried
+_TEETH = 1.25  # 1 + 1/4: mean square of a saw tooth's first two sines, over that of the first
 _FAR, _TOLD_SIZE = 3.0, 1.5  # times the scatter, and times the size that it should have, at most
 _TIMED = "but waits"  # which end by a timer of their own
 _MOVING = r"\ \text{(moves)}"
@@ -108,11 +110,12 @@ def _lattices(case: MeasuredMoves) -> Floats:
     out.
 
     Durations that a recorder has rounded to r look the same at the frequencies f and 1/r - f: both are candidates.
-    Where scatter hides the multiples, what moves are late by still tells how much each was rounded up.
+    What moves are late by tells how much each was rounded up, also where scatter hides the multiples. Moves that take
+    the same time in the simulation count as one: a few that are repeated often lie on some lattice by chance.
     """
     moving = np.nonzero(case.moving)[0]
-    times = case.measured[moving]
-    alike = len(np.unique(case.repeats[moving])) if len(case.repeats) == len(case) else len(times)
+    times, kind = case.measured[moving], _kinds(case.simulated[moving])
+    alike = int(kind.max(initial=-1)) + 1
     spread = float(np.ptp(times)) if len(times) else 0.0
     shortest = max(_SHORTEST, 2.0 * case.resolution)
     # A cycle as long as durations differ would be told by anything that is not spread evenly.
@@ -120,55 +123,77 @@ def _lattices(case: MeasuredMoves) -> Floats:
     if alike < _FEWEST or shortest >= longest:
         return np.zeros(0)
     # Short durations have few multiples to choose from: they tell the lattice with the fewest frequencies to try.
-    few = np.sort(times)[:: max(1, len(times) // _LOOKED_AT)]
-    few = few[: max(_FEWEST, (3 * len(few)) // 4)]
+    order = np.argsort(times, kind="stable")
+    order = order[np.cumsum(_one_of_each(kind[order])) <= max(_FEWEST, 0.75 * alike)]
+    order = order[:: max(1, len(order) // _LOOKED_AT)]
+    few, each = times[order], _one_of_each(kind[order])
     # Frequencies so fine that the longest duration is no more than a sixth of a turn off between two of them.
     step = 0.33 / max(float(few.max()), 1e-3)
     frequency = np.arange(1.0 / longest, 1.0 / shortest, step)
     if len(frequency) < 2:
         return np.zeros(0)
-    strong = _coherence(few, frequency)
-    needed = max(_SURE, float(np.sqrt((np.log(len(frequency)) + _DOUBT) / min(alike, len(few)))))
+    strong = _coherence(few, frequency, each)
+    needed = max(_SURE, float(np.sqrt((np.log(len(frequency)) + _DOUBT) / each.sum())))
     peaks = _peaks(frequency, strong, needed)
-    if not peaks:
-        return _rounded_up(case, moving, alike, shortest, longest)
+    late = _rounded_up(case.residual[moving], case.simulated[moving], kind, shortest, longest)
     fine = [_finest(times, f, step) for f in peaks]
+    fine = [f for f in fine if all(abs(f - one) * float(times.max()) > 1.0 for one in late)]
     if case.resolution > 0:
         mirrored = [1.0 / case.resolution - f for f in fine]
         fine += [f for f in mirrored if f * case.resolution < _DIGITS]
-    return 1.0 / np.array(fine) if fine else np.zeros(0)
+    return 1.0 / np.array([*late, *fine])
+
+
+def _kinds(simulated: Floats) -> NDArray[np.int64]:
+    """(n,) equal for moves whose simulated durations (n,) [s] are."""
+    _, kind = np.unique(np.round(simulated / _EQUAL), return_inverse=True)
+    return np.asarray(kind.ravel(), dtype=np.int64)
+
+
+def _one_of_each(kind: NDArray[np.int64]) -> Floats:
+    """(n,) weights, which for all of one `kind` (n,) come to one."""
+    return np.asarray(1.0 / np.bincount(kind)[kind])
 
 
 def _rounded_up(
-    case: MeasuredMoves, moving: NDArray[np.intp], alike: int, shortest: float, longest: float
-) -> Floats:
-    """The cycle (1,) [s] that makes moves late by what their simulated durations lack to a multiple of it, none where
-    none stands out: that is a saw tooth over these, c/2 + (c/π) sin(2π T₀/c) + … .
+    late: Floats, times: Floats, kind: NDArray[np.int64], shortest: float, longest: float
+) -> list[float]:
+    """The frequency [1/s] of the cycle that makes moves late by what their simulated durations lack to a multiple of
+    it, none where none stands out: that is a saw tooth over these, c/2 + (c/π) (sin(2π T₀/c) + sin(4π T₀/c)/2 + …).
+    `late`, `times` (n,) [s]; `kind` (n,): moves that count as one.
 
-    The sine's share of what is late tells the cycle by its phase and by its size.
+    The share that its first two sines, which scatter hides least, have in what is late tells the cycle by its phase and
+    by its size.
     """
-    late, times = case.residual[moving], case.simulated[moving]
     late = late - np.median(late)
     scatter = 1.4826 * float(np.median(np.abs(late)))
     if not scatter > 0 or not np.isfinite(times).all():
-        return np.zeros(0)
-    late = np.clip(late, -_FAR * scatter, _FAR * scatter)
-    late = late - late.mean()
+        return []
+    each = _one_of_each(kind)
+    clipped = np.clip(late, -_FAR * scatter, _FAR * scatter)
+    late, times = (np.asarray(np.bincount(kind, each * of), dtype=np.float64) for of in (clipped, times))
+    late, alike = late - late.mean(), len(late)
     frequency = np.arange(1.0 / longest, 1.0 / shortest, 0.33 / max(float(times.max()), 1e-3))
     if len(frequency) < 2:
-        return np.zeros(0)
-    size = 2.0 * _sums(times, frequency, late).imag / len(times)
+        return []
+    size = _toothed(times, frequency, late) / (0.5 * _TEETH * alike)
     told = size * np.pi * frequency  # of the size that the tooth has
     # Scatter alone correlates with a sine by r or more with a chance below (1 - r²)^(m/2) / (r √(2π m)), m = n - 2.
-    square = np.clip(0.5 * np.maximum(size, 0.0) ** 2 / float(late.var()), 1e-9, 1.0 - 1e-9)
+    square = 0.5 * _TEETH * np.maximum(size, 0.0) ** 2 / float(late.var())
+    square = np.clip(square, 1e-9, 1.0 - 1e-9)
     chance = 0.5 * (alike - 2) * np.log1p(-square) - 0.5 * np.log(2.0 * np.pi * (alike - 2) * square)
     sure = -chance > np.log(len(frequency)) + _DOUBT
     likely = sure & (told > 1.0 / _TOLD_SIZE) & (told < _TOLD_SIZE)
     if not likely.any():
-        return np.zeros(0)
+        return []
     best = float(frequency[np.argmax(np.where(likely, size, 0.0))])
     near = best + np.linspace(-1.0, 1.0, 81) * (frequency[1] - frequency[0])
-    return np.array([1.0 / near[np.argmax(_sums(times, near, late).imag)]])
+    return [float(near[np.argmax(_toothed(times, near, late))])]
+
+
+def _toothed(times: Floats, frequency: Floats, weight: Floats) -> Floats:
+    """Σ w (sin(2π f T) + sin(4π f T)/2) (f,): how a saw tooth's first sines go with the weights of durations."""
+    return _sums(times, frequency, weight).imag + 0.5 * _sums(times, 2.0 * frequency, weight).imag
 
 
 def _peaks(frequency: Floats, strong: Floats, needed: float) -> list[float]:
@@ -199,16 +224,16 @@ def _finest(times: Floats, frequency: float, step: float) -> float:
         some = ordered[:count]
         near = np.linspace(frequency - step, frequency + step, 81)
         near = near[near > 0]
-        frequency = float(near[np.argmax(_coherence(some, near))])
+        frequency = float(near[np.argmax(_coherence(some, near, np.ones(count)))])
         if count == len(ordered):
             return frequency
         step = min(step, 0.33 / max(float(some.max()), 1e-3))
         count = min(2 * count, len(ordered))
 
 
-def _coherence(times: Floats, frequency: Floats) -> Floats:
-    """Coherence (f,) [1] of the durations at evenly spaced frequencies."""
-    return np.asarray(np.abs(_sums(times, frequency, np.ones(len(times)))) / len(times))
+def _coherence(times: Floats, frequency: Floats, weight: Floats) -> Floats:
+    """Coherence (f,) [1] of the durations, each of some weight, at evenly spaced frequencies."""
+    return np.asarray(np.abs(_sums(times, frequency, weight)) / weight.sum())
 
 
 def _sums(times: Floats, frequency: Floats, weight: Floats) -> NDArray[np.complex128]:
