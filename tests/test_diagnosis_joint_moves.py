@@ -625,6 +625,19 @@ def test_what_a_fit_tries_beside_a_model_is_what_the_model_would_say_there(tmp_p
         assert np.abs(told[0] - told[1]).max() > 0.0
 
 
+def test_what_takes_force_from_an_axis_takes_it_from_the_drive_that_limits_it_too(tmp_path):
+    """A drive that gives 40 % of the torque gives it to whatever the arm weighs just then: the limit of an axis, told
+    of a light arm, is no cap on what a heavy one has left."""
+    rng = np.random.default_rng(11)
+    turned, share, left = rng.uniform(0.1, 2.0, (60, 4)), rng.choice([0.3, 0.6, 1.0], 60), 0.7
+    weak = np.where(np.arange(4) == 1, 0.4, 1.0) * RAMPS
+    moves = of_four_axes(tmp_path, turned, share, SPEEDS, left * weak)
+    (limit,) = of_axes("joint-acceleration-limit", moves, (1,), 0.4 * RAMPS[1])
+    (heavy,) = of_axes("acceleration", moves, (-1,), left)
+    for parts in ((limit, heavy), (heavy, limit)):
+        np.testing.assert_allclose(DurationModel(parts).seconds(moves), moves.measured, atol=2e-6)
+
+
 @pytest.mark.parametrize("name", ["joint-speed-limit", "joint-acceleration-limit"])
 def test_a_limit_whose_interval_reaches_what_no_move_asks_for_may_do_nothing(tmp_path, name):
     """An unlisted cause that made axis 5 late was called a limit of "between 14 and 488 deg/s"."""

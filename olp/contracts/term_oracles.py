@@ -589,15 +589,16 @@ def clock(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 def warm_up(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """A e^(-t/τ) of each duration, of the simulated one, or in seconds; cold as simulated: A (1 - e^(-t/τ)). Of ramps,
-    that share of the acceleration is missing."""
+    that share of the acceleration is missing, or stiff ones last that share longer."""
     began = case.began if np.isfinite(case.began) else case.t_start.min()
     cold = np.exp((began - case.t_start) / values[1])
     if form.key == "seconds":
         return {"added": case.base.added + np.where(case.moving, values[0] * cold, 0.0)}
     if form.key == "share of the simulated":
         return {"added": case.base.added + np.where(case.moving, values[0] * cold * case.simulated, 0.0)}
-    if form.key == "ramps":
-        left, base = np.maximum(1.0 - values[0] * cold, 0.05), case.base
+    if form.key in ("ramps", "stiff ramps"):
+        slower, base = 1.0 / (1.0 + values[0] * cold), case.base
+        left = np.maximum(1.0 - values[0] * cold, 0.05) if form.key == "ramps" else slower
         return {
             name: getattr(base, name) * left
             for name in ("accelerate", "decelerate", "open_start", "open_end")

@@ -99,6 +99,9 @@ class Motion:
         default_factory=lambda: np.zeros(0)
     )  # (n,) [1] acceleration next to rest, where no speed changes a force, over that of the whole ramp
     arriving: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [1] the same of the ramp at the end
+    limited: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [1] share of the simulated acceleration that limits of axes have left, whatever else takes of it
 
     def __post_init__(self) -> None:
         none = np.zeros(len(self.way))
@@ -111,6 +114,7 @@ class Motion:
             ("delayed", none),
             ("leaving", none + 1.0),
             ("arriving", none + 1.0),
+            ("limited", none + 1.0),
         ):
             if len(getattr(self, name)) != len(self.way):
                 object.__setattr__(self, name, default)

@@ -23,7 +23,8 @@ class JointAccelerationLimit(MoveTerm):
     summary = "an axis reaches its acceleration limit, so the path accelerates more slowly in some poses and directions"
     does = (
         "ramps are longer where the axis turns far per millimetre of path, and as simulated elsewhere; on fast lines, "
-        "curvature uses a part of the limits (form “all with curvature”, where it changes what the moves ask)"
+        "curvature uses a part of the limits (form “all with curvature”, where it changes what the moves ask); in "
+        "joint moves, what takes force takes it from a limited drive, too"
     )
     source = "q'' = q' s'' + q'' s'²; J. Bobrow, S. Dubowsky, J. Gibson, Int. J. Robotics Research 4(3), 1985"
     confusable = ("reach-inertia", "gravity", "torque-speed", "joint-speed-limit")
@@ -74,10 +75,14 @@ class JointAccelerationLimit(MoveTerm):
         if form.key.endswith(_CURVED):
             return _along_curves(motion, values[0], case)
         rates, ramps = _rates(case, form.axis), (motion.accelerate, motion.decelerate)
-        # A ramp that the limit makes longer passes other places than the simulation's.
         if _even(case, form.axis):
-            up, down = (slow / np.maximum(1.0, rates[:, 0] * slow / values[0]) for slow in ramps)
-            return motion.with_(accelerate=up, decelerate=down)
+            # The drive of a joint move is limited in what it could give: weights and friction take their share of it.
+            left = np.minimum(
+                motion.limited, 1.0 / np.maximum(1.0, rates[:, 0] * case.base.accelerate / values[0])
+            )
+            up, down = (slow * left / motion.limited for slow in ramps)
+            return motion.with_(accelerate=up, decelerate=down, limited=left)
+        # A ramp that the limit makes longer passes other places than the simulation's.
         up, down = (1.0 / np.maximum(1.0, rates * slow[:, None] / values[0]) for slow in ramps)
         return forced(motion, up, down)
 
