@@ -202,6 +202,75 @@ def test_a_robot_that_builds_up_its_accelerations_otherwise_than_the_simulation_
     assert any(f"{1e3 * simulated:.1f} ms" in note and "50.0 ms" in note for note in answer.notes)
 
 
+def in_an_s(way, speed, slow, jerk):
+    """[s] from rest to rest where accelerations build up at a jerk; the highest speed of short ways by bisection."""
+
+    def ramp(fast):
+        return np.where(fast >= slow**2 / jerk, fast / slow + slow / jerk, 2.0 * np.sqrt(fast / jerk))
+
+    low, high = np.zeros(len(way)), np.array(speed)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        fits = middle * ramp(middle) <= way
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    top = np.where(speed * ramp(speed) <= way, speed, low)
+    return way / top + ramp(top)
+
+
+@pytest.mark.parametrize("one", ["jerk", "time"])
+def test_whether_a_jerk_or_a_time_stays_where_accelerations_differ_the_robot_tells(one, tmp_path):
+    """Of one acceleration, simulated times are the same by both; what was left was called jerk and friction."""
+    rng, slow, build, stronger = np.random.default_rng(8), planted.ACCELERATION, 0.12, 0.7
+    made = planted.program(rng, 120)
+    sim = in_an_s(made.length, made.speed, slow, slow / build)
+    jerk = slow / build if one == "jerk" else stronger * slow / build
+    real = in_an_s(made.length, made.speed, stronger * slow, jerk)
+    folder = planted.write(tmp_path / "recording", made, real, np.round(sim, 4), 0.0005, rng)
+    answer = diagnose_recording(read_recording(folder)).diagnosis
+    assert [finding.term for finding in answer.findings] == ["acceleration"]
+    (number,) = answer.findings[0].parameters.values()
+    assert number.value == pytest.approx(stronger * slow, rel=0.01)
+    assert any("at one jerk" in note for note in answer.notes) == (one == "jerk")
+
+
+def turning(rng, count):
+    """Lines of which every second one turns the tool, about z, and by what angle [rad]."""
+    made = planted.program(rng, count)
+    turn = np.where(np.arange(count) % 2 == 0, rng.uniform(0.2, 1.9, count), 0.0)
+    names = [f"r{axis}_{end}_deg" for end in ("start", "end") for axis in "xyz"]
+    made.more = {name: np.zeros(count) for name in names}
+    made.more["rz_end_deg"] = np.degrees(turn)
+    return made, turn
+
+
+def test_limits_of_the_tools_turn_are_read_off_the_simulated_times(tmp_path):
+    """What a weak axis cost was called gravity: as simulated, short ways took a tenth of what their turns do."""
+    rng, rate, ramp, stop = np.random.default_rng(9), 1.7, 4.0, 0.05
+    made, turn = turning(rng, 80)
+    per_turn = np.where(turn > 0, made.length / np.where(turn > 0, turn, 1.0), np.inf)
+    speed = np.minimum(made.speed, rate * per_turn)
+    slow = np.minimum(planted.ACCELERATION, ramp * per_turn)
+    sim = planted.play(made.length, speed, slow, slow) + stop
+    assert np.mean(speed < made.speed) > 0.1
+    assert np.mean(slow < planted.ACCELERATION) > 0.2
+    folder = planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)
+    making = case_of(read_recording(folder))
+    np.testing.assert_allclose(making.case.base.duration(), sim, atol=1e-3)
+    np.testing.assert_allclose(making.case.base.accelerate, slow, rtol=0.02)
+    (note,) = (note for note in making.notes if "turns the tool" in note)
+    told = [float(word) for word in note.split() if word[0].isdigit()]
+    assert told == pytest.approx(np.degrees([rate, ramp]), rel=0.01)
+
+
+def test_turning_lines_that_last_longer_for_other_reasons_have_no_limits_of_the_turn(tmp_path):
+    rng = np.random.default_rng(9)
+    made, turn = turning(rng, 80)
+    sim = planted.play(made.length, made.speed, *(np.full(80, planted.ACCELERATION),) * 2)
+    sim += np.where(turn > 0, rng.uniform(0.1, 0.5, 80), 0.0)
+    making = case_of(read_recording(planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)))
+    assert not any("turns the tool" in note for note in making.notes)
+
+
 def test_an_interval_holds_what_another_form_says_that_does_as_well(case):
     """Whether one move's path is slowed, or its turn has ramps of its own: both say the same duration."""
     turn = np.where(np.arange(60) % 5 == 0, 0.06, 0.0)

@@ -20,6 +20,7 @@ from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_time
 from olp.identification.diagnosis.simulation_laws import (
     FEWEST,
     SOME_ROUNDING,
+    TURNS,
     SimulatedRamps,
     as_long_as,
     cornered,
@@ -34,6 +35,7 @@ from olp.identification.diagnosis.simulation_laws import (
     told_at_corners,
     trapezoid,
     tuned,
+    turning_limits,
 )
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.runtime.folder import DEFAULT_ZONES
@@ -67,6 +69,8 @@ _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
 # near it has to come where the acceleration is not told anew.
 _BUILT, _BUILT_STEPS, _NEAR_BUILT = (0.3, 1.2), 7, 0.5
+_ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
+_STEADY = 6  # lines between stops that differ and do not turn the tool: fewer are no law
 _REACHED = 1.2  # times the speed at which an acceleration that builds up is reached, as far as it is known
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
@@ -106,6 +110,9 @@ class _Pace(NamedTuple):
     ] = ()  # (n,) each: of joint moves by a robot's accelerations, by several laws
     guessed: Mask | None = None  # (n,) of these, speed and ramps are good for corners alone: not judged
     tool_way: Floats | None = None  # (n,) [m] of the tool, in all moves, where joint moves are rounded
+    turn: Floats | None = (
+        None  # (n,) [rad] by which straight and curved moves turn the tool, 0 where that is not known
+    )
 
 
 class JudgedTimes(NamedTuple):
@@ -151,6 +158,21 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
             f"{left} of {len(moves)} moves are not judged: no duration, simulation, length or known speed"
         )
     return Making(_case(recording, rows, pace, judged, notes), rows, tuple(notes))
+
+
+def with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
+    """The same moves, where accelerations of lines that build up in a time do so at one jerk; None where that is not
+    the same simulation, as its accelerations differ, or where nothing builds up.
+
+    How long an acceleration takes to build up that the robot has and the simulation has not, it leaves open.
+    """
+    base = case.base
+    built = (base.build > 0) & ~case.joint
+    ramps = np.concatenate([base.accelerate[built], base.decelerate[built]])
+    if not built.any() or np.ptp(ramps) > _ONE_ACCELERATION * float(ramps.max()):
+        return None
+    jerk = np.where(built, base.accelerate / np.where(built, base.build, 1.0), base.jerk)
+    return replace(case, base=base.with_(jerk=jerk, build=np.where(built, 0.0, base.build)), derived={})
 
 
 def _case(
@@ -262,7 +284,8 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
     speed = np.where(moves.kind == WAIT, 1.0, np.where(shown, 1.0, override) * speed)
     way = np.where(moves.kind == WAIT, 0.0, way)
     tool_way = np.where(joint, tool_ways(recording), way) if (joint & ~moves.stops).any() else None
-    return _Pace(way, speed, acceleration, override, leading, axes, rated_ramps, guessed, tool_way)
+    turn = np.where(joint, 0.0, np.nan_to_num(_turn(moves)))
+    return _Pace(way, speed, acceleration, override, leading, axes, rated_ramps, guessed, tool_way, turn)
 
 
 def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Mask, str] | None:
@@ -507,6 +530,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         moves.kind[rows] != WAIT,
         moves.kind[rows] == JOINT,
         ends.end[rows],
+        np.zeros(len(rows)) if pace.turn is None else pace.turn[rows],
     )
     laws, everywhere = [SimulatedRamps()], False
     if not times.own:
@@ -592,6 +616,7 @@ class _SimulatedRows(NamedTuple):
     moving: Mask
     joint: Mask
     waits: Mask  # for what a stop takes: at exact stops, and at rounded corners of a simulation that knows of none
+    turn: Floats  # [rad] by which lines turn the tool, 0 where that is not known
 
     @property
     def lines(self) -> Mask:
@@ -602,6 +627,12 @@ class _SimulatedRows(NamedTuple):
     def plain(self) -> Mask:
         """Lines between stops."""
         return np.asarray(self.start & self.end & self.lines)
+
+    @property
+    def steady(self) -> Mask:
+        """Lines between stops that hardly turn the tool: others may last longer than their ways; all where few do."""
+        found = self.plain & (self.turn <= TURNS)
+        return found if len(np.unique(np.round(self.sim[found], 4))) >= _STEADY else self.plain
 
     @property
     def rounded(self) -> Mask:
@@ -615,7 +646,7 @@ def _laws_of_lines(
     """What the ramps of lines may be, the likeliest first, and whether the simulation stops at every corner. Then all
     moves tell it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which
     it is."""
-    asked = (simulated.lines, simulated.plain)
+    asked = (simulated.lines, simulated.steady)
     found = (
         ramps_that_fit(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked
     )
@@ -657,10 +688,10 @@ def _by_law(
     `by_corners`: rounded corners tell times beside the ramps, and the accelerations that neither moves nor the law say,
     by lines that are as fast as `above` [m/s]."""
     moves, rows, pace, times, ends, blend, _ = judged
-    way, speed, slow, sim, start, end, moving, joint, waits = simulated
+    way, speed, slow, sim, start, end, moving, joint, waits, _ = simulated
     plain, lines, notes = simulated.plain, simulated.lines, list[str]()
     # Times that corners tell stand beside what is written: they take the place of a share of it.
-    faster, stronger = (1.0, 1.0) if by_corners else tuned(way, speed, slow, sim, plain)
+    faster, stronger = (1.0, 1.0) if by_corners else tuned(way, speed, slow, sim, simulated.steady)
     if by_corners:
         known = np.isfinite(slow) | joint | (straight.stronger == 1.0)
         slow = np.where(known, slow, straight.stronger)
@@ -683,9 +714,12 @@ def _by_law(
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     missing = ~np.isfinite(slow) | (joint & (pace.axes is None))
     stopped = np.where(moving & (waits | stopping), np.where(joint, turning.stop, straight.stop), 0.0)
-    simulated = simulated._replace(
-        speed=speed, slow=np.where(lines, stronger * slow, slow), sim=sim - stopped
+    slow = np.where(lines, stronger * slow, slow)
+    speed, slow, says = _no_faster_than_the_tool_turns(
+        judged, simulated._replace(speed=speed, slow=slow), sim - stopped, straight
     )
+    notes.extend(says)
+    simulated = simulated._replace(speed=speed, slow=slow, sim=sim - stopped)
     slow = _accelerations(judged, simulated, missing, straight, turning)
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
@@ -719,6 +753,28 @@ def _by_law(
     return _SimulatedMotion(found, stretch, at_lines, everywhere, straight, turning, tuple(notes))
 
 
+def _no_faster_than_the_tool_turns(
+    judged: _Judged, simulated: _SimulatedRows, sim: Floats, law: SimulatedRamps
+) -> tuple[Floats, Floats, tuple[str, ...]]:
+    """Speeds (n,) [m/s | rad/s] and accelerations (n,) of lines whose tool turns as far as their simulated times, `sim`
+    (n,) [s] without what stops take, say that it may; and what is told of that."""
+    way, speed, slow, turn = simulated.way, simulated.speed, simulated.slow, simulated.turn
+    if judged.times.own or not turn.any():
+        return speed, slow, ()
+    found = turning_limits(way, speed, slow, turn, sim, simulated.plain & np.isfinite(slow), law)
+    if found is None:
+        return speed, slow, ()
+    turns = simulated.lines & (turn > 0)
+    per_turn = way / np.where(turns, turn, 1.0)
+    speed, slow = (
+        np.where(turns, np.minimum(own, limit * per_turn), own)
+        for own, limit in zip((speed, slow), found, strict=True)
+    )
+    rate, ramp = np.degrees(found)
+    says = f"the simulation turns the tool at {rate:.4g} deg/s and {ramp:.4g} deg/s² at most"
+    return speed, slow, (f"{says}: findings are relative to that",)
+
+
 def _accelerations(
     judged: _Judged,
     simulated: _SimulatedRows,
@@ -728,7 +784,7 @@ def _accelerations(
 ) -> Floats:
     """(n,) [m/s² | rad/s²] with which lines and joint moves, by the laws of their ramps, take the simulated times; the
     known ones but where these are `missing` (n,) or the simulation is slower than they are."""
-    way, speed, slow, sim, start, end, _, joint, _ = simulated
+    way, speed, slow, sim, start, end, _, joint, *_ = simulated
     slow, plain = slow.copy(), start & end
     read = joint & plain & (judged.pace.axes is not None)
     for kind, law, asked in ((joint, turning, read), (~joint, straight, simulated.plain)):

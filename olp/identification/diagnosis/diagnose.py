@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis import evidence, phrasing
+from olp.identification.diagnosis.case_making import with_one_jerk
 from olp.identification.diagnosis.findings import ReportedFindings, findings_of
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import settled
 from olp.identification.diagnosis.model import DurationModel
-from olp.identification.diagnosis.naming import NamingResult, instead, name, nameless
+from olp.identification.diagnosis.naming import NamingResult, instead, name, nameless, price_of
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, of_axes
 from olp.identification.diagnosis.result import (
     Diagnosis,
@@ -28,7 +29,7 @@ from olp.identification.diagnosis.result import (
     NextExperiment,
     Remainder,
 )
-from olp.identification.diagnosis.scatter import REMAINS, digits_of
+from olp.identification.diagnosis.scatter import FAR_FROM_ALONE, REMAINS, digits_of, far_out
 from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price
 from olp.identification.diagnosis.verdict import (
     AGREES,
@@ -67,6 +68,10 @@ _HEAVY = (
     "noise floor holds them as scatter"
 )
 
+_JERKED = (
+    "where accelerations build up in the simulation, they do so at one jerk, and not in one time: its durations fit "
+    "both, and the recorded ones are explained better by that"
+)
 _ROUNDED = (
     "the remaining difference is no larger than rounding to the recorder's digits; moves that take the same time are "
     "rounded by the same amount, so it can correlate with columns"
@@ -95,9 +100,13 @@ def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Diag
     making = case_of(recording)
     case, notes = _on_time(making.case, log), making.notes
     groups = {name: labels[making.rows] for name, labels in recording.groups().items()}
-    named = name(
-        case, Noise(max(digits_of(case), _LEAST)), folds_of(recording, making.rows, case.residual), groups
-    )
+    noise, folds = Noise(max(digits_of(case), _LEAST)), folds_of(recording, making.rows, case.residual)
+    named = name(case, noise, folds, groups)
+    other = with_one_jerk(case)
+    if other is not None and (named.fit.model.parts or named.remains.structured):
+        jerked = name(other, noise, folds, groups)
+        if price_of(jerked) < price_of(named):
+            case, named, notes = other, jerked, (*notes, _JERKED)
     named = named._replace(fit=settled(named.fit, named.clean, named.noise))
     return _answer(recording, case, named, log, notes)
 
@@ -158,6 +167,8 @@ def _answer(
     hints = tuple(sorted((*named.remains.correlates, *axes), key=lambda hint: hint.p_value))
     if verdict == "unexplained" and not told.findings:
         notes = (*_far(named), *notes)
+    if told.findings:
+        notes = (*_lone(named), *notes)
     notes = (*beside, *notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     if named.remains.structured and only_rounding(named):
         notes = (*notes, _ROUNDED)
@@ -218,6 +229,19 @@ def _far(named: NamingResult) -> tuple[str, ...]:
         f"some moves ({told}) are {side} by {phrasing.seconds(least)} to {phrasing.seconds(most)}, more and by more "
         "than on the other side: a scatter has tails on both",
     )
+
+
+def _lone(named: NamingResult) -> tuple[str, ...]:
+    """One move or two that are far off beside the names: so few tell no name, and may be all that is left."""
+    off = left_over(named)
+    far = far_out(off - np.median(off), named.clean.resolution)
+    if not 0 < far.sum() < FAR_FROM_ALONE:
+        return ()
+    told = [
+        f"move {move} by {phrasing.seconds(abs(by))} ({'late' if by > 0 else 'early'})"
+        for move, by in zip(named.clean.move[far].tolist(), off[far].tolist(), strict=True)
+    ]
+    return (f"far off beside what is named: {' and '.join(told)}; so few moves do not tell why",)
 
 
 def _idle(told: ReportedFindings) -> str:

@@ -40,10 +40,12 @@ from olp.identification.diagnosis.search import (
 )
 from olp.identification.diagnosis.waits import (
     late_moves,
+    of_one_line,
     price_of_waits,
     spread,
     told_by_unseen_moves,
     waiting_moves,
+    with_its_line,
 )
 from olp.timing.physics._case import MeasuredMoves
 
@@ -113,6 +115,8 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     remains = remains_of(whiten(left, stamped(noise), clean), clean, clean_groups)
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
+    if (there := of_one_line(late, case)).any():
+        waiting &= there
     return NamingResult(
         best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups, fell
     )
@@ -124,11 +128,23 @@ def _set_apart(known: ModelFit, case: MeasuredMoves, noise: Noise, whole: PartSh
     late, best = _waits(known, case, noise), _found(case, noise, whole, known)
     if late.any():
         clean, shelf = _without(late, case, whole)
-        apart, few = _found(clean, noise, shelf), int(late.sum())
-        waits = PRICE + price_of_waits(few, len(case), len(case)) + 2.0 * few * math.log(apart.scale)
-        if price(apart) + waits < price(best):
+        apart = _found(clean, noise, shelf)
+        if price(apart) + _price_apart(late, apart) < price(best):
             return late, apart
     return np.zeros_like(late), best
+
+
+def price_of(named: NamingResult) -> float:
+    """In BIC, of the names and of the moves that are set apart."""
+    return price(named.fit) + _price_apart(named.late, named.fit)
+
+
+def _price_apart(late: Mask, apart: ModelFit) -> float:
+    """In BIC, of the moves that are `late` (n,) beside a fit to the others."""
+    few = int(late.sum())
+    return (
+        PRICE + price_of_waits(few, len(late), len(late)) + 2.0 * few * math.log(apart.scale) if few else 0.0
+    )
 
 
 def _without(late: Mask, case: MeasuredMoves, whole: PartShelf) -> tuple[MeasuredMoves, PartShelf]:
@@ -194,4 +210,4 @@ def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:
         and cut(left, left[rest], floor) >= CUT
         and told_by_unseen_moves(left, noise.least, case.resolution)
     )
-    return late if held else np.zeros_like(late)
+    return with_its_line(late, left, case) if held else np.zeros_like(late)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from olp.timing.physics._motion import EACH, Motion
 
@@ -254,6 +255,9 @@ _ODD = 0.1  # of the moves that an axis leads: more of them show that it has no 
 _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
 _MOST_ALIKE = 0.8  # of the moves have one of them
 _HALVINGS = 60  # of an interval of logarithms
+TURNS = 0.01  # [rad] less is no turn of the tool
+_TELLING = 4  # lines that turn by different angles: fewer do not tell two limits
+_TURNED_RIGHT = 5e-4  # [s] nearer to a simulation than that, limits of the turn are its own
 _FEW = 0.5  # of the moves: more of them are no exceptions, the simulation has another law
 
 
@@ -340,6 +344,36 @@ def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask, 
         said = law._replace(stop=0.0).seconds(way, speed, slow)
         off = plain & (sim > said * (1.0 + _ALIKE))
     return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
+
+
+def turning_limits(
+    way: Floats, speed: Floats, slow: Floats, turn: Floats, sim: Floats, plain: Mask, law: SimulatedRamps
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and acceleration [rad/s²] that limit the turns `turn` (n,) [rad] of the tool in `plain` lines
+    between stops so that all of these take the simulated time; None where no such limits do.
+
+    Travel and turn share one law, the slower leads: v ≤ ω L/θ, a ≤ α L/θ.
+    """
+    bare = law._replace(stop=0.0)
+    turns = np.flatnonzero(plain & (turn > TURNS) & (way > 0))
+    way, speed, slow, turn, sim = (column[turns] for column in (way, speed, slow, turn, sim))
+    longer = sim > bare.seconds(way, speed, slow) * (1.0 + _ALIKE)
+    if len(np.unique(np.round(np.stack([turn, sim])[:, longer], 4), axis=1).T) < _TELLING:
+        return None
+
+    def off(place: Floats) -> Floats:
+        rate, ramp = np.exp(place)
+        limited_by = np.minimum(speed, rate * way / turn), np.minimum(slow, ramp * way / turn)
+        return np.asarray(bare.seconds(way, *limited_by) - sim)
+
+    mean = turn[longer] / sim[longer]
+    rate, ramp = float(mean.max()), float(np.max(4.0 * mean / sim[longer]))
+    starts = [(one * rate, other * ramp) for one in (1.1, 2.0) for other in (0.5, 1.0)]
+    tried = [least_squares(off, np.log(start), loss="soft_l1", f_scale=1e-3) for start in starts]
+    best = min(tried, key=lambda one: float(one.cost))
+    if float(np.abs(off(best.x)).mean()) > _TURNED_RIGHT:
+        return None
+    return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
 
 
 def inferred(

@@ -11,7 +11,7 @@ from olp.identification.diagnosis.fitting import ModelFit
 from olp.identification.diagnosis.folds import COUNT
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, LEVEL, rank_correlation, ranks
-from olp.identification.diagnosis.scatter import far_out, neighbours
+from olp.identification.diagnosis.scatter import FAR_FROM_ALONE, far_out, neighbours
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,6 @@ _DIFFER, _ALIKE = (
     0.3,
     0.05,
 )  # of a wait: so much it differs between repeats, and how seldom it looks as if it did not
-_FEWEST = 3  # moves far out; one or two may be a scatter's
 _LATE = 2  # late moves, of no one kind; a single one may have any reason
 _TICKS = 1.5  # of the recorder's clock that a wait lasts at least
 _KINDS, _BY_CHANCE = 4, 1e-3  # programmed moves that a kind needs, and how seldom chance makes one
@@ -67,7 +66,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
     # Others that are as late may be so by the fit's own flaw, and then two of them are no waits, either.
-    if late.sum() < _FEWEST and ((residual[~late] > least_far).any() or _of_one_kind(late, case)):
+    if late.sum() < FAR_FROM_ALONE and ((residual[~late] > least_far).any() or _of_one_kind(late, case)):
         return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
@@ -114,7 +113,7 @@ def far_on_one_side(residual: Floats, sigma: float, resolution: float) -> Mask:
     reach = max(threshold(len(off)) * sigma, resolution)
     late, early = off > reach, off < -reach
     far, others = (late, early) if late.sum() > early.sum() else (early, late)
-    if far.sum() < max(_FEWEST, _ONE_SIDED * others.sum()):
+    if far.sum() < max(FAR_FROM_ALONE, _ONE_SIDED * others.sum()):
         return np.zeros_like(far)
     sure = _likelier(off, _LEAST_WAITS, resolution) >= -math.log(_LEVEL)
     return np.asarray(far & sure)
@@ -202,6 +201,23 @@ def at_a_line(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
     return _with_the_motion(residual, late, case) > LEVEL
 
 
+def with_its_line(late: Mask, residual: Floats, case: MeasuredMoves) -> Mask:
+    """(n,) the `late` moves, and all that the same line of the program makes where these wait there for times that
+    differ: those that are not far out wait for less, and what they are late by tells nothing of the arm."""
+    waits = residual[late]
+    if len(waits) < FAR_FROM_ALONE or waits.std() < _DIFFER * waits.mean():
+        return late
+    return late | of_one_line(late, case)
+
+
+def of_one_line(late: Mask, case: MeasuredMoves) -> Mask:
+    """(n,) all moves of the line of the program that all `late` (n,) ones come from; none where that is none."""
+    lines = {(case.job[k], int(case.line[k])) for k in np.flatnonzero(late).tolist()}
+    job, line = lines.pop() if len(lines) == 1 else ("", 0)
+    of_job = np.array([one == job for one in case.job], dtype=np.bool_)
+    return np.asarray(of_job & (case.line == line) & (line > 0), dtype=np.bool_)
+
+
 def _flaw(fitted: ModelFit, case: MeasuredMoves) -> Floats:
     """(n,) [s] by which the terms may be off in a move: what other numbers in each of them would change there."""
     predicted = fitted.model.seconds(case)
@@ -229,14 +245,16 @@ def _stronger(part: ModelPart, factor: float) -> Floats:
     return np.array(values)
 
 
-def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float) -> Mask:
-    """(n,) the late moves, and where there are any, also those that more likely wait for less than scatter.
+def waiting_moves(apart: Mask, residual: Floats, sigma: float, resolution: float) -> Mask:
+    """(n,) of the moves that are set `apart` (n,) those that are late, and where there are any, also those that more
+    likely wait for less than scatter.
 
     A mixture of scatter and of waits that are spread as an exponential, fitted by expectation and maximisation
     (A. Dempster, N. Laird, D. Rubin, J. Royal Statistical Society B 39, 1977).
     """
+    late = apart & (residual > _LEAST * sigma)
     if not late.any():
-        return late
+        return apart
     far = residual / sigma
     scatter = np.exp(-0.5 * np.minimum(far, 30.0) ** 2) / math.sqrt(2.0 * math.pi)
     likely = late.astype(np.float64)
@@ -250,7 +268,7 @@ def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float)
     return np.asarray(late | ((likely > 0.5) & (residual > _TICKS * resolution)))
 
 
-def tails_of(left: Floats, case: MeasuredMoves) -> float:
+def tails_of(left: Floats, case: MeasuredMoves, beside_names: bool = False) -> float:
     """[s²] of the mean square of what is left (n,) [s]: what moves far out are worth that a heavy-tailed scatter makes.
 
     A scatter is early as often as it is late, and as far; an effect that acts in few moves is not. What the two tails
@@ -258,15 +276,17 @@ def tails_of(left: Floats, case: MeasuredMoves) -> float:
     residuals from their mirror image, C. Mallows, Annals of Mathematical Statistics 43, 1972); of one or two moves
     nothing tells whether the other tail is as heavy, and they count; of more, the farthest counts alone where it has
     no like on the other side, as no single move decides. Moves that are as far out in their repeats, or that are of one
-    kind, are no scatter; nor are more than there are half as far out, which would be tails heavier than A. Cauchy's.
+    kind, are no scatter; nor are more than there are half as far out, which would be tails heavier than A. Cauchy's:
+    of one or two `beside_names` that explain all others nothing tells that, either.
     """
     off = left - np.median(left)
     far = far_out(off, case.resolution)
-    many = 2 * far.sum() > far_out(off, case.resolution, 0.5).sum()
+    few = beside_names and far.sum() < FAR_FROM_ALONE
+    many = 2 * far.sum() > far_out(off, case.resolution, 0.5).sum() and not few
     if many or not far.any() or _chosen_by_the_motion(far, np.zeros(len(case)), case, LEVEL):
         return 0.0
     far &= ~_repeated(off, far, case)
-    if far.sum() < _FEWEST:
+    if far.sum() < FAR_FROM_ALONE:
         return float(off[far] @ off[far]) / len(off)
     farthest = np.arange(len(off)) == np.argmax(np.where(far, np.abs(off), 0.0))
     apart = float(off[farthest] @ off[farthest]) + _on_both_sides(off[far & ~farthest])

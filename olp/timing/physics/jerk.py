@@ -33,8 +33,9 @@ class Jerk(MoveTerm):
         if not case.moving.any():
             return ()
         pace = case.pace
+        null = _smallest(case)
         one = TermParameter(
-            "jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp"
+            "jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, null, True, "of every ramp"
         )
         means = "time in which acceleration builds up"
         time = TermParameter("ramp_time", "s", 0.0, _LONGEST, _longest(case.base.filtered), False, means)
@@ -69,7 +70,9 @@ class Jerk(MoveTerm):
             return motion.with_(
                 jerk=np.minimum(motion.jerk, case.base.accelerate / max(values[0], _SHORTEST))
             )
-        return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
+        # The real jerk in the place of the simulated one, which may be the smaller.
+        rest = np.where(np.isfinite(case.base.jerk), np.inf, motion.jerk)
+        return motion.with_(jerk=np.minimum(rest, values[0] * case.ratio))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key in (_FILTERED, _HALF):
@@ -82,11 +85,18 @@ class Jerk(MoveTerm):
         if form.key == _OWN:
             time = f"{values[0] * 1000:.0f} ms"
             return f"each axis builds up its acceleration at a jerk of its own, the simulated one in {time}"
-        ramp, unit = case.pace / values[0], form.parameters[0].unit
+        ramp, unit, null = case.pace / values[0], form.parameters[0].unit, form.parameters[0].null
+        if np.isfinite(null):
+            return f"acceleration builds up at {values[0]:.4g} {unit}, in the simulation at {null:.4g} {unit}"
         return (
             f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
             f"{ramp * 1000:.0f} ms longer"
         )
+
+
+def _smallest(case: MeasuredMoves) -> float:
+    """[m/s³ | rad/s³] of the simulation over the moves' `ratio`, inf where no acceleration takes time to build up."""
+    return float((case.base.jerk / case.ratio).min(initial=np.inf))
 
 
 def _longest(times: Floats) -> float:
