@@ -1161,6 +1161,35 @@ def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_non
         assert set(terms["external-wait"].moves) >= set((np.flatnonzero(late > 0.05) + 1).tolist())
 
 
+def test_where_one_line_waits_none_of_its_moves_tells_of_the_arm(tmp_path):
+    """Those that wait for less than is far out were called an acceleration at that line, and a clock beside it."""
+    rng = np.random.default_rng(12)
+    line = np.arange(COUNT) % 8 + 1
+    there = line == 5
+    real = (
+        plain(12) + 0.08 + rng.normal(0.0, 0.012, COUNT) + np.where(there, rng.exponential(0.45, COUNT), 0.0)
+    )
+    lines = {"job": ["PICK"] * COUNT, "line": line.tolist()}
+    found = diagnose_recording(record(tmp_path / "r", real, 12, lines)).diagnosis
+    terms = {finding.term: finding for finding in found.findings}
+    assert found.verdict == "explained"
+    assert len(terms) == 2
+    assert set(terms) & {"dispatch", "settling", "jerk"}  # a time per move, which a filter takes, too
+    assert set(terms["external-wait"].moves) <= set((np.flatnonzero(there) + 1).tolist())
+
+
+@pytest.mark.parametrize(("late", "verdict"), [((20,), "explained"), ((20, 21, 22, 23), "partly-explained")])
+def test_beside_a_name_one_move_that_is_far_off_is_told_and_leaves_it(late, verdict, tmp_path):
+    """A recorder missed one stamp: that left all other moves "not explained"."""
+    _, _, way, speed = program(6)
+    real = travel(way, speed, 0.7 * ACCELERATION) + np.random.default_rng(6).normal(0.0, 0.003, COUNT)
+    real[list(late)] -= 0.2
+    found = diagnose_recording(record(tmp_path / "r", real, 6)).diagnosis
+    assert {finding.term for finding in found.findings} <= {"acceleration", "coulomb-friction"}
+    assert found.verdict == verdict
+    assert any(f"move {late[0] + 1} by 2" in note for note in found.notes) == (len(late) == 1)
+
+
 def test_a_short_wait_in_a_move_that_a_term_changes_much_is_no_error_of_that_term(tmp_path):
     """The arm waits at one line of the job, once for less than the weaker drives cost in that move."""
     _, _, way, speed = program(5)

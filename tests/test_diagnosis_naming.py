@@ -10,7 +10,7 @@ import pytest
 
 from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.conditions import _said
-from olp.identification.diagnosis.evidence import chosen, matters
+from olp.identification.diagnosis.evidence import chosen, clipped_cut, matters
 from olp.identification.diagnosis.findings import _as_waits, _condition, _in_quick_moves, _says, findings_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved, kinds_of
@@ -137,6 +137,22 @@ def test_few_moves_tell_a_cycle_nearly_as_often_as_chance_allows_and_scatter_non
         >= 17
     )
     assert not any(cycles(made.simulated + 0.02, seed) for seed in range(100))
+
+
+@pytest.mark.parametrize("cycle", [0.04, None])
+def test_moves_that_a_pallet_repeats_are_on_no_lattice_by_themselves(cycle):
+    """Half of all moves take one of three times, which lie near multiples of 257 ms: that was the cycle, and what
+    rounding up to 40 ms added was called a gravity."""
+    rng, digits, order = np.random.default_rng(2), 0.012, np.arange(MOVES)
+    sim = np.array([0.767, 0.775, 1.029, 0.0, 0.0, 0.0])[order % 6]
+    sim = np.where(sim > 0.0, sim, np.round(rng.uniform(1.4, 3.1, MOVES), 3))
+    real = np.ceil(sim / cycle - 1e-9) * cycle if cycle else sim + 0.02
+    real = np.round((real + 0.004 * rng.standard_normal(MOVES)) / digits) * digits
+    made = replace(case(measured=real, resolution=digits), simulated=sim)
+    forms = load_term("cycle-quantisation").forms(made)
+    assert [form.parameters[0].low / 0.999 for form in forms][:1] == (
+        pytest.approx([cycle], rel=2e-3) if cycle else []
+    )
 
 
 @pytest.mark.parametrize("start", [0.001, 0.009])
@@ -455,6 +471,17 @@ def test_names_that_together_take_away_more_than_they_leave_stay(together, patte
     assert kept.names == names
     assert len(gains) == len(names)
     assert set(fell) == set(every) - set(names)
+
+
+@pytest.mark.parametrize("many", [1, 2, 8])
+def test_one_move_or_two_that_are_far_off_whatever_is_named_say_nothing_of_the_name(many):
+    """A single late move left "not explained" what all other moves showed."""
+    left = scatter()
+    far = np.arange(MOVES) % (MOVES // many) == 5
+    assert far.sum() == many
+    told = clipped_cut(left + 0.012 + 0.1 * far, left + 0.1 * far, NOISE)
+    alone = clipped_cut(left[~far] + 0.012, left[~far], NOISE)
+    assert told == pytest.approx(alone) if many < 3 else told < 0.2 * alone
 
 
 def test_what_a_name_brings_is_against_the_others_at_their_best():

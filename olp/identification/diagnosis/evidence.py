@@ -34,7 +34,7 @@ from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interlea
 from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, remains_of
-from olp.identification.diagnosis.scatter import beyond_digits, digits_of, scatter_of
+from olp.identification.diagnosis.scatter import FAR_FROM_ALONE, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import (
     NARROW,
     TELLING,
@@ -183,8 +183,13 @@ def gain_of(
 def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
     """`cut`, where what is far off counts as no more than far: no single move decides.
 
-    Far is what is far among all moves, or among those that differ: in most moves a name need not act at all.
+    Far is what is far among all moves, or among those that differ: in most moves a name need not act at all. One move
+    or two that are far off beside all others, with it and without it, say nothing of it and are left out.
     """
+    off = np.minimum(np.abs(without), np.abs(with_it))
+    alone = off > _CLIP * 1.4826 * max(float(np.median(np.abs(with_it))), floor)
+    if 0 < alone.sum() < FAR_FROM_ALONE:
+        without, with_it = without[~alone], with_it[~alone]
     differs = np.abs(without - with_it) > ACTS * floor
     some = without[differs] if differs.sum() >= _FEWEST else without
     far = _CLIP * 1.4826 * max(float(np.median(np.abs(moves))) for moves in (without, some))

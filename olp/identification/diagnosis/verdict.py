@@ -106,7 +106,9 @@ def taken_away(named: NamingResult) -> float:
 
 def heavy_tails(named: NamingResult) -> float:
     """[s²] of the mean square of what the names leave, what is a scatter's; none of a pattern."""
-    return 0.0 if named.remains.structured else tails_of(left_over(named), named.clean)
+    if named.remains.structured:
+        return 0.0
+    return tails_of(left_over(named), named.clean, beside_names=bool(named.fit.model.parts))
 
 
 def _beside(off: Floats, tails: float) -> float:
