@@ -115,7 +115,7 @@ def table(rows: list[dict]) -> str:
     for family, group in by.items():
         firsts = [row["first"] for row in group if row["first"] is not None]
         ratios = [row["ratio"] for row in group if row["ratio"] is not None and row["verdict"] == "explained"]
-        f1 = [row["f1"] or 0.0 for row in group if row["family"] == "somewhere"]
+        f1 = [row["f1"] or 0.0 for row in group if row["condition"]]
         inside = [held for row in group for held in row["intervals"]]
         exact, right = [row["exact"] for row in group], [row["right"] for row in group]
         false = sum(bool(row["false"]) for row in group)
