@@ -311,6 +311,19 @@ def test_accelerations_of_a_simulation_are_told_where_every_move_meets_a_rounded
     assert np.abs(case.base.duration() - sim).mean() < 5e-3
 
 
+def test_who_passes_a_corner_spends_nothing_of_what_a_simulation_spends_that_stops_there(tmp_path):
+    """Its smoothing delays each stop by 0.11 s: corners seemed to save one time each, whatever their rounding."""
+    made, rng = programmed()
+    sim = driven(made) + 0.11
+    real = driven(made) - booked(0.5 * braked(made), 0.5) + np.where(made.stop, 0.11, 0.0)
+    outcome = diagnose.diagnose_recording(recorded(tmp_path, made, real, sim, rng))
+    (finding,) = outcome.diagnosis.findings
+    assert finding.term == "blending"
+    assert finding.parameters["overlap"].value == pytest.approx(0.5, rel=0.05)
+    assert finding.parameters["split"].value == pytest.approx(0.5, abs=0.05)
+    assert outcome.diagnosis.heldout_after.rmse < 1.1 * NOISE
+
+
 def in_cycles(rng, cycles=24):
     """Down and up over always the same way between exact stops, the ways there and back with rounded ends."""
     made = programmed(moves=4 * cycles)[0]

@@ -618,15 +618,19 @@ def cycle_quantisation(case: MeasuredMoves, form: Form, values: Array) -> Column
 
 
 def blending(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """The law of the corners by its name, and its numbers in the order of the parameters; as planned: what it saves in
-    the simulation."""
+    """The law of the corners by its name, and its numbers in the order of the parameters; a simulation that stops at
+    them takes there what it takes at stops, which is saved as well. As planned: what it saves in the simulation."""
     given = dict(zip((p.name for p in form.parameters), values.tolist(), strict=True))
     if form.key.endswith(", as planned"):
         own = form._replace(key=form.key.removesuffix(", as planned"))
-        law = {name: value.item() for name, value in blending(case, own, values).items()}
+        law = {
+            name: value if value.ndim else value.item() for name, value in blending(case, own, values).items()
+        }
         stops, saved = (case.base.with_(**how).duration() for how in ({"law": "stop"}, law))
         return {"law": np.array("stop"), "added": case.base.added - (stops - saved)}
+    at_corners = case.moving & (case.base.round_end > 0) & (case.base.law == "stop")
     return {
+        "added": np.where(at_corners, 0.0, case.base.added),
         "law": np.array(form.key.removesuffix(", cut").removesuffix(", as a share")),
         "overlap": np.array(given.get("overlap", given.get("saving"))),
         "split": np.array(given.get("split", 0.5)),

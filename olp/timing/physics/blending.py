@@ -110,9 +110,10 @@ class Blending(MoveTerm):
         last = {"portion": third, "reach": 0.5} if _SHARE in form.key else {"reach": third, "portion": 0.0}
         how = {"law": _law(form), "overlap": overlap, "split": split, **last}
         if not form.key.endswith(_PLANNED):
-            return motion.with_(**how)
+            return motion.with_(**how, added=motion.added - _at_corners(case))
         stops = case.once("without corners", lambda: case.base.with_(law="stop").duration())
-        saved = stops - case.base.with_(**how).duration()
+        passed = case.base.with_(**how, added=case.base.added - _at_corners(case))
+        saved = stops - passed.duration()
         return motion.with_(law="stop", added=motion.added - saved)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
@@ -125,6 +126,13 @@ class Blending(MoveTerm):
             return f"{how}; both moves at a corner gain"
         share = float(np.clip(values[1], 0.0, 1.0))
         return f"{how}; the move before the corner gains {share:.0%} of it"
+
+
+def _at_corners(case: MeasuredMoves) -> Floats:
+    """(n,) [s] that a simulation which stops at rounded corners takes there as at every stop."""
+    base = case.base
+    stops = (base.law == "stop") & (base.round_end > 0) & case.moving
+    return case.once("time at corners", lambda: np.where(stops, base.added, 0.0))
 
 
 def _law(form: Form) -> str:
