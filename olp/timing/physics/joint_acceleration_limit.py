@@ -22,9 +22,8 @@ _LEFT = 0.1  # of a limit: what curvature uses beyond the rest of it makes a ram
 class JointAccelerationLimit(MoveTerm):
     summary = "an axis reaches its acceleration limit, so the path accelerates more slowly in some poses and directions"
     does = (
-        "ramps are longer where the axis turns far per millimetre of path, and as simulated elsewhere; on fast lines, "
-        "curvature uses a part of the limits (form “all with curvature”, where it changes what the moves ask); in "
-        "joint moves, what takes force takes it from a limited drive, too"
+        "ramps are longer where the axis turns far per millimetre of path, and as simulated elsewhere; curvature uses "
+        "a part of the limit on fast lines (“all with curvature”); in joint moves, loads and friction lower it, too"
     )
     source = "q'' = q' s'' + q'' s'²; J. Bobrow, S. Dubowsky, J. Gibson, Int. J. Robotics Research 4(3), 1985"
     confusable = ("reach-inertia", "gravity", "torque-speed", "joint-speed-limit")
