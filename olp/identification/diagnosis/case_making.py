@@ -164,7 +164,7 @@ def with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
     """The same moves, where accelerations of lines that build up in a time do so at one jerk; None where that is not
     the same simulation, as its accelerations differ, or where nothing builds up.
 
-    How long an acceleration takes to build up that the robot has and the simulation has not, it leaves open.
+    The simulation leaves open how long another acceleration, which only the robot has, takes to build up.
     """
     base = case.base
     built = (base.build > 0) & ~case.joint
