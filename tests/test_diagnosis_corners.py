@@ -269,34 +269,51 @@ def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, 
     assert case.take(rows).base.duration() == pytest.approx(case.base.duration()[rows])
 
 
-def through_arcs(made, slow=A):
-    """[s] at one acceleration, along the way and across it: through corners at the speed of the arc that touches both
-    lines; forward and backward over the whole run, the speed between two corners then has a closed form."""
+def half_of_a_parabola(turn, steps=4000):
+    """Length of a parabola from a corner's edge to its peak, and its radius there, over the rounding: by points."""
+    t = np.linspace(0.0, 0.5, steps + 1)[:, None]
+    x = -((1 - t) ** 2) + t**2 * np.cos(turn)  # from (-1, 0) over (0, 0), towards the turned line
+    y = t**2 * np.sin(turn)
+    along = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0))
+    before, after = (np.arctan2(np.diff(y, axis=0)[k], np.diff(x, axis=0)[k]) for k in (-2, -1))
+    return along.sum(axis=0), 0.5 * (along[-2] + along[-1]) / (after - before)
+
+
+def through_arcs(made, slow=A, law="arc"):
+    """[s] at one acceleration, along the way and across it: through corners at the speed of the arc or the parabola
+    that touches both lines; forward and backward over the run, the speed between two corners has a closed form."""
     way = made.end - made.start
-    unit = way / made.length[:, None]
+    unit, length = way / made.length[:, None], made.length.copy()
     turn = np.arccos(np.clip(np.sum(unit[:-1] * unit[1:], axis=1), -1, 1))
-    radius = np.minimum(made.blend, 0.5 * shorter(made))[:-1] / np.tan(turn / 2)
+    rounding = np.minimum(made.blend, 0.5 * shorter(made))[:-1]
+    radius = rounding / np.tan(turn / 2)
+    if law == "parabola":
+        half, peak = half_of_a_parabola(turn)
+        radius = rounding * peak
+        length[:-1] -= rounding * (1 - half)
+        length[1:] -= rounding * (1 - half)
     corner = np.minimum(np.sqrt(slow * radius), np.minimum(made.speed[:-1], made.speed[1:]))
     corner = np.concatenate([[0.0], np.where(made.stop[:-1], 0.0, corner), [0.0]])
     for k in range(len(way)):
-        corner[k + 1] = min(corner[k + 1], np.sqrt(corner[k] ** 2 + 2 * slow * made.length[k]))
+        corner[k + 1] = min(corner[k + 1], np.sqrt(corner[k] ** 2 + 2 * slow * length[k]))
     for k in range(len(way) - 1, -1, -1):
-        corner[k] = min(corner[k], np.sqrt(corner[k + 1] ** 2 + 2 * slow * made.length[k]))
+        corner[k] = min(corner[k], np.sqrt(corner[k + 1] ** 2 + 2 * slow * length[k]))
     first, last = corner[:-1], corner[1:]
-    fast = np.minimum(made.speed, np.sqrt(slow * made.length + 0.5 * (first**2 + last**2)))
+    fast = np.minimum(made.speed, np.sqrt(slow * length + 0.5 * (first**2 + last**2)))
     ramps = (2 * fast**2 - first**2 - last**2) / (2 * slow)
-    return (2 * fast - first - last) / slow + (made.length - ramps) / fast
+    return (2 * fast - first - last) / slow + (length - ramps) / fast
 
 
+@pytest.mark.parametrize("law", ["arc", "parabola"])
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
-def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop, tmp_path):
+def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop, law, tmp_path):
     """With accelerations that nobody wrote, too, and where no move goes from stop to stop."""
     made, rng = programmed()
     made.stop = np.arange(len(made.length)) % 20 == 19
     made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02, 0.05], len(made.length)))
-    sim = through_arcs(made)
+    sim = through_arcs(made, law=law)
     case = case_of(recorded(tmp_path, made, sim, sim, rng, drop)).case
-    assert case.base.law == "arc"
+    assert case.base.law == law
     assert case.base.overlap * np.median(case.base.accelerate) == pytest.approx(A, rel=0.02)
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
 

@@ -1143,11 +1143,17 @@ def _corner(moves: RecordedMoves) -> Floats:
 
 def _opened(motion: Motion, moves: RecordedMoves, rows: Rows, before: Rows) -> Motion:
     """The motion with its corners' openness: the radius of the arc that touches both moves, over the rounding, times
-    the acceleration; an arc of the rounding's own radius where one of both is no line."""
+    the acceleration; an arc of the rounding's own radius where one of both is no line. And by how much lines turn."""
     angle = _corner(moves)
     line = moves.kind == LINEAR
     both = line & np.append(line[1:], False) & np.isfinite(angle)
     open_ = np.where(both, np.minimum(1.0 / np.tan(np.clip(angle, 1e-6, np.pi) / 2.0), _STRAIGHT_ON), 1.0)
     last = before[rows]
     at_start = np.where(last >= 0, open_[last], 1.0)
-    return motion.with_(open_start=at_start * motion.accelerate, open_end=open_[rows] * motion.accelerate)
+    bend = np.where(both, angle, 0.0)
+    return motion.with_(
+        open_start=at_start * motion.accelerate,
+        open_end=open_[rows] * motion.accelerate,
+        bend_start=np.where(last >= 0, bend[last], 0.0),
+        bend_end=bend[rows],
+    )

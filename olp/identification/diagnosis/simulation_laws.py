@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from olp.timing.physics._motion import EACH, Motion
+from olp.timing.physics._motion import ARCS, EACH, Motion
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -103,7 +103,7 @@ def _families(motion: Motion) -> list[Motion]:
     return [
         *(motion.with_(law=law, split=split, reach=reach) for law, reach in shared for split in _SPLITS),
         *(motion.with_(law=law + EACH, split=0.5, reach=reach) for law, reach in own),
-        *(motion.with_(law="arc", split=0.5, reach=reach) for reach in _REACHES if sized),
+        *(motion.with_(law=law, split=0.5, reach=reach) for law in ARCS for reach in _REACHES if sized),
     ]
 
 

@@ -30,12 +30,17 @@ _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a 
 # what braking over the last r takes; 2 κ r at full speed, at most a ramp; the same without that limit; a share κ of the
 # ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds; or, of a
 # controller that looks ahead, what ramps from and to √(κ a R) save, R = r cot(δ/2) of the arc that touches both moves
-# where they turn by δ, and no more than either move's speed; a is the planned acceleration, whatever the drives give.
-LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed", "arc")
+# where they turn by δ, and no more than either move's speed; a is the planned acceleration, whatever the drives give;
+# or of the parabola that does, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter.
+LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed", "arc", "parabola")
+ARCS = ("arc", "parabola")  # laws of a controller that looks ahead
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
 SHORTER = " shorter"  # behind a law: ramps overlap no longer than the shorter of both takes, each over its own rounding
 _REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
 _MOST = 0.9  # of a move's own time that corners may save
+_GONE_TO = (
+    0.05  # [1] of a parabola's radius: who passes a corner more slowly goes to it, the more so the slower
+)
 _LEAST_ABOVE = 0.2  # [1] of a ramp's inverse acceleration that is left above any speed
 
 
@@ -99,6 +104,10 @@ class Motion:
         default_factory=lambda: np.zeros(0)
     )  # (n,) [1] acceleration next to rest, where no speed changes a force, over that of the whole ramp
     arriving: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [1] the same of the ramp at the end
+    bend_start: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [rad] by which lines turn at the corner at the start
+    bend_end: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [rad] the same at the end
     limited: Floats = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) [1] share of the simulated acceleration that limits of axes have left, whatever else takes of it
@@ -114,6 +123,8 @@ class Motion:
             ("delayed", none),
             ("leaving", none + 1.0),
             ("arriving", none + 1.0),
+            ("bend_start", none),
+            ("bend_end", none),
             ("limited", none + 1.0),
         ):
             if len(getattr(self, name)) != len(self.way):
@@ -171,7 +182,7 @@ class Motion:
             speed=np.minimum(corners.speed, np.sqrt(corners.way * base._down * corners.slow)) * fast[before],
             slow=corners.slow * slow[before] / slow,
         )
-        if SHORTER not in self.law and self.law != "arc":
+        if SHORTER not in self.law and self.law not in ARCS:
             return self.with_(corners=last)
         up = self._up / base._up
         next_up = base._down * corners.next_slow
@@ -194,7 +205,7 @@ class Motion:
     @property
     def _by_neighbours(self) -> bool:
         """Whether the time that a corner saves hangs on the ramps of its other move."""
-        if self.law == "arc" or SHORTER in self.law:
+        if self.law in ARCS or SHORTER in self.law:
             return self._rounded
         return self._rounded and self.law != "stop" and EACH not in self.law and self.split != 1.0
 
@@ -204,7 +215,7 @@ class Motion:
         looped = law != self.law and self._rounded and not self._jerked and not self._waits
         if looped and corners and _LOOPS.worth(len(self.way)):
             return self._in_loops(law, corners)
-        if law == "arc" and self._rounded:
+        if law in ARCS and self._rounded:
             return self._through_arcs()
         travel, top = self._travel()
         whole = np.maximum(travel, self.least) + self.added
@@ -254,7 +265,7 @@ class Motion:
         )
 
     def _through_arcs(self) -> Floats:
-        """`duration` of moves that begin and end at the speeds of the arcs at their corners.
+        """`duration` of moves that begin and end at the speeds of the arcs or parabolas at their corners.
 
         Where acceleration takes time to build up, ramps from and to rest take as much longer as between stops.
         """
@@ -262,12 +273,16 @@ class Motion:
         way = np.maximum(self.way, 1e-9)
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
         end = np.minimum(self.round_end, self.reach * corners.shorter_end)
-        first = np.minimum(
-            np.sqrt(self.overlap * start * self.open_start), np.fmin(self.speed, corners.speed)
-        )
-        last = np.minimum(
-            np.sqrt(self.overlap * end * self.open_end), np.fmin(self.speed, corners.next_speed)
-        )
+        open_start, open_end = self.open_start, self.open_end
+        if self.law == "parabola":
+            (shorter_start, flat_start), (shorter_end, flat_end) = map(
+                _parabola, (self.bend_start, self.bend_end)
+            )
+            cut = np.minimum(self.overlap / _GONE_TO, 1.0)
+            way = np.maximum(way - cut * (shorter_start * start + shorter_end * end), 1e-9)
+            open_start, open_end = open_start * flat_start, open_end * flat_end
+        first = np.minimum(np.sqrt(self.overlap * start * open_start), np.fmin(self.speed, corners.speed))
+        last = np.minimum(np.sqrt(self.overlap * end * open_end), np.fmin(self.speed, corners.next_speed))
         last = np.minimum(last, np.sqrt(first**2 + 2.0 * up * way))
         first = np.minimum(first, np.sqrt(last**2 + 2.0 * down * way))
         reached = np.sqrt((down * first**2 + up * last**2 + 2.0 * up * down * way) / (up + down))
@@ -641,6 +656,16 @@ def last_part(rest: Floats, speed: Floats, slow: Floats, average: Floats) -> Flo
     told = np.where(inside <= long, inside, beginning)
     told = np.where(6.0 * rest <= slow * short**2, ending, told)
     return np.asarray(np.where(rest >= covered, 0.5 * whole + rest / speed, told))
+
+
+def _parabola(bend: Floats) -> tuple[Floats, Floats]:
+    """(n,) each, of corners that turn by `bend` (n,) [rad] along a parabola which touches both lines at one distance,
+    the rounding: the share of that by which half of the way is shorter, ½ - c²/(2 k) asinh(k/c), c and k the cosine
+    and sine of half the turn; and c, the radius at the peak over that of the arc that touches there, too."""
+    flat, steep = np.cos(0.5 * bend), np.sin(0.5 * bend)
+    some = np.maximum(steep, 1e-6)
+    way = 0.5 + flat**2 / (2.0 * some) * np.arcsinh(some / np.maximum(flat, 1e-9))
+    return np.asarray(1.0 - way), flat
 
 
 def _above(acceleration: Floats, at_rest: Floats, share: Floats) -> Floats:

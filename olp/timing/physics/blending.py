@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import EACH, SHORTER, Motion
+from olp.timing.physics._motion import ARCS, EACH, SHORTER, Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _EQUATIONS = {
@@ -21,6 +21,7 @@ _EQUATIONS = {
     "share shorter, as planned": r"s = \kappa\,\min(t_0(\min(r, L/2)), t_0'(\min(r, L'/2)))",
     "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
     "arc": r"v_c = \min(\sqrt{\kappa a r / \tan(\delta/2)}, v, v')",
+    "parabola": r"v_c = \min(\sqrt{\kappa a r \cos^2(\delta/2) / \sin(\delta/2)}, v, v')",
 }
 _HOW = {
     "braking": "moves overlap over {0:.0%} of the rounding, as long as braking there takes",
@@ -34,6 +35,7 @@ _HOW = {
     "share shorter": "moves overlap for {0:.0%} of the time that the quicker of both takes for its rounding",
     "radius": "rounded corners are passed at the speed that {0:.0%} of the rounding allows as a radius",
     "arc": "rounded corners are passed at the speed that an arc over {0:.0%} of the rounding allows",
+    "parabola": "rounded corners are passed along a parabola, at the speed that {0:.0%} of its radius allows",
 }
 _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
 _OWN = ("full", "braking", "distance", "radius")
@@ -77,7 +79,7 @@ class Blending(MoveTerm):
         parted = ("share" + SHORTER,) if sized and _turning(case) >= 2 else ()
         planned = ("share" + SHORTER,) if sized else ()
         own = _OWN if sized else _OWN[:1]
-        arcs = ("arc",) if sized and np.isfinite(case.corner).any() else ()
+        arcs = ARCS if sized and np.isfinite(case.corner).any() else ()
         cut = _SIZED if sized and _cut(case) >= _FEWEST else ()
         return (
             *(Form(law, (_amount(law), split), _EQUATIONS[law]) for law in shared),
