@@ -327,6 +327,22 @@ def test_compiled_loops_of_the_way_alone_say_the_same_to_the_last_bit(law, monke
     np.testing.assert_array_equal(said[1], said[3])
 
 
+@pytest.mark.parametrize("shape", ["plain", "filtered", "build", "jerk", "delayed"])
+@pytest.mark.parametrize("law", [law for law in _motion.LAWS if law != "stop"])
+def test_with_several_overlaps_at_once_motions_take_what_each_takes_alone(law, shape):
+    """A parabola's way hangs on the overlap: for ramps that are filtered, the moves were then as many as overlaps."""
+    rng, count = np.random.default_rng(9), 90
+    motion = CASE.base.take(np.arange(count) % len(CASE)).with_(law=law, jerk=np.full(count, np.inf))
+    columns = {name: rng.uniform(0.01, 0.1, count) for name in ("round_start", "round_end")}
+    columns |= {name: rng.uniform(0.1, 2.0, count) for name in ("bend_start", "bend_end")}
+    if shape != "plain":
+        columns[shape] = rng.uniform(5.0, 50.0, count) if shape == "jerk" else rng.uniform(0.02, 0.1, count)
+    motion = motion.with_(**columns)
+    overlaps = (0.0, 0.03, 0.3, 0.9)
+    alone = [motion.with_(overlap=overlap).duration() for overlap in overlaps]
+    np.testing.assert_allclose(motion.durations(overlaps), alone, rtol=1e-12)
+
+
 def test_compiled_loops_are_loaded_once_they_would_have_saved_what_that_costs():
     loops = compiled_loops.Loops(1e-6)
     calls = next(k for k in range(10**6) if loops.worth(1000))

@@ -291,7 +291,8 @@ class Motion:
         ramps = 0.5 * ((top**2 - first**2) / up + (top**2 - last**2) / down)
         travel = (top - first) / up + (top - last) / down + np.maximum(way - ramps, 0.0) / top
         if self._jerked or self.filtered.any():
-            bare = self.with_(jerk=np.full(len(way), np.inf), build=0.0 * way, filtered=0.0 * way)
+            none = np.zeros(len(self.way))
+            bare = self.with_(jerk=none + np.inf, build=none, filtered=none)
             rests = 0.5 * ((first == 0.0).astype(np.float64) + (last == 0.0))
             travel = travel + rests * (self._travel()[0] - bare._travel()[0])
         travel = np.where(self.way > 0, travel, 0.0)
@@ -363,7 +364,7 @@ class Motion:
         if law == "full":
             saved = self.overlap * _ramp(fast, slow, self._jerk_of(slow))
         elif law == "fixed":
-            saved = np.full(len(fast), self.overlap)
+            saved = np.zeros(len(fast)) + self.overlap
         elif law in ("distance", "flight"):
             saved = 2.0 * reach / fast
             saved = saved if law == "flight" else np.minimum(saved, ramp)
