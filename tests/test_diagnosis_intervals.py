@@ -230,7 +230,7 @@ def test_whether_a_jerk_or_a_time_stays_where_accelerations_differ_the_robot_tel
     assert [finding.term for finding in answer.findings] == ["acceleration"]
     (number,) = answer.findings[0].parameters.values()
     assert number.value == pytest.approx(stronger * slow, rel=0.01)
-    assert any("at one jerk" in note for note in answer.notes) == (one == "jerk")
+    assert any("one jerk explains" in note for note in answer.notes) == (one == "jerk")
 
 
 def turning(rng, count):

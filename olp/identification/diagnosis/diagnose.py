@@ -29,7 +29,7 @@ from olp.identification.diagnosis.result import (
     NextExperiment,
     Remainder,
 )
-from olp.identification.diagnosis.scatter import FAR_FROM_ALONE, REMAINS, digits_of, far_out
+from olp.identification.diagnosis.scatter import FEWEST_FAR, REMAINS, digits_of, far_out
 from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price
 from olp.identification.diagnosis.verdict import (
     AGREES,
@@ -69,8 +69,8 @@ _HEAVY = (
 )
 
 _JERKED = (
-    "where accelerations build up in the simulation, they do so at one jerk, and not in one time: its durations fit "
-    "both, and the recorded ones are explained better by that"
+    "the simulated durations do not tell whether accelerations build up at one jerk or in one time; one jerk explains "
+    "the recorded durations better, and findings are relative to that"
 )
 _ROUNDED = (
     "the remaining difference is no larger than rounding to the recorder's digits; moves that take the same time are "
@@ -232,16 +232,16 @@ def _far(named: NamingResult) -> tuple[str, ...]:
 
 
 def _lone(named: NamingResult) -> tuple[str, ...]:
-    """One move or two that are far off beside the names: so few tell no name, and may be all that is left."""
+    """One move or two that are far off with the names, too: they may be all that is left."""
     off = left_over(named)
     far = far_out(off - np.median(off), named.clean.resolution)
-    if not 0 < far.sum() < FAR_FROM_ALONE:
+    if not 0 < far.sum() < FEWEST_FAR:
         return ()
     told = [
         f"move {move} by {phrasing.seconds(abs(by))} ({'late' if by > 0 else 'early'})"
         for move, by in zip(named.clean.move[far].tolist(), off[far].tolist(), strict=True)
     ]
-    return (f"far off beside what is named: {' and '.join(told)}; so few moves do not tell why",)
+    return (f"still far off with what is named: {' and '.join(told)}; too few moves to tell why",)
 
 
 def _idle(told: ReportedFindings) -> str:

@@ -34,7 +34,7 @@ from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interlea
 from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, remains_of
-from olp.identification.diagnosis.scatter import FAR_FROM_ALONE, beyond_digits, digits_of, scatter_of
+from olp.identification.diagnosis.scatter import FEWEST_FAR, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import (
     NARROW,
     TELLING,
@@ -188,7 +188,7 @@ def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
     """
     off = np.minimum(np.abs(without), np.abs(with_it))
     alone = off > _CLIP * 1.4826 * max(float(np.median(np.abs(with_it))), floor)
-    if 0 < alone.sum() < FAR_FROM_ALONE:
+    if 0 < alone.sum() < FEWEST_FAR:
         without, with_it = without[~alone], with_it[~alone]
     differs = np.abs(without - with_it) > ACTS * floor
     some = without[differs] if differs.sum() >= _FEWEST else without

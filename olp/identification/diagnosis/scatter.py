@@ -29,7 +29,7 @@ _PATTERN = 0.8  # times what remains: neighbours that differ by less show a patt
 _STEP = 3.0  # standard deviations of a difference: what is farther is a step
 _SURELY = 3.3  # standard deviations, that chance passes in one of two thousand recordings
 _APART = 2.0  # times the clock's digits
-FAR_FROM_ALONE = 3  # moves far out: one or two have no cause that moves could tell
+FEWEST_FAR = 3  # moves far out: one or two are too few to tell a cause
 _FAR = 6.0  # standard deviations of the middle: what is farther is no scatter
 
 

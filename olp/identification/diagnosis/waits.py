@@ -11,7 +11,7 @@ from olp.identification.diagnosis.fitting import ModelFit
 from olp.identification.diagnosis.folds import COUNT
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, LEVEL, rank_correlation, ranks
-from olp.identification.diagnosis.scatter import FAR_FROM_ALONE, far_out, neighbours
+from olp.identification.diagnosis.scatter import FEWEST_FAR, far_out, neighbours
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
     # Others that are as late may be so by the fit's own flaw, and then two of them are no waits, either.
-    if late.sum() < FAR_FROM_ALONE and ((residual[~late] > least_far).any() or _of_one_kind(late, case)):
+    if late.sum() < FEWEST_FAR and ((residual[~late] > least_far).any() or _of_one_kind(late, case)):
         return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
@@ -113,7 +113,7 @@ def far_on_one_side(residual: Floats, sigma: float, resolution: float) -> Mask:
     reach = max(threshold(len(off)) * sigma, resolution)
     late, early = off > reach, off < -reach
     far, others = (late, early) if late.sum() > early.sum() else (early, late)
-    if far.sum() < max(FAR_FROM_ALONE, _ONE_SIDED * others.sum()):
+    if far.sum() < max(FEWEST_FAR, _ONE_SIDED * others.sum()):
         return np.zeros_like(far)
     sure = _likelier(off, _LEAST_WAITS, resolution) >= -math.log(_LEVEL)
     return np.asarray(far & sure)
@@ -205,7 +205,7 @@ def with_its_line(late: Mask, residual: Floats, case: MeasuredMoves) -> Mask:
     """(n,) the `late` moves, and all that the same line of the program makes where these wait there for times that
     differ: those that are not far out wait for less, and what they are late by tells nothing of the arm."""
     waits = residual[late]
-    if len(waits) < FAR_FROM_ALONE or waits.std() < _DIFFER * waits.mean():
+    if len(waits) < FEWEST_FAR or waits.std() < _DIFFER * waits.mean():
         return late
     return late | of_one_line(late, case)
 
@@ -281,12 +281,12 @@ def tails_of(left: Floats, case: MeasuredMoves, beside_names: bool = False) -> f
     """
     off = left - np.median(left)
     far = far_out(off, case.resolution)
-    few = beside_names and far.sum() < FAR_FROM_ALONE
+    few = beside_names and far.sum() < FEWEST_FAR
     many = 2 * far.sum() > far_out(off, case.resolution, 0.5).sum() and not few
     if many or not far.any() or _chosen_by_the_motion(far, np.zeros(len(case)), case, LEVEL):
         return 0.0
     far &= ~_repeated(off, far, case)
-    if far.sum() < FAR_FROM_ALONE:
+    if far.sum() < FEWEST_FAR:
         return float(off[far] @ off[far]) / len(off)
     farthest = np.arange(len(off)) == np.argmax(np.where(far, np.abs(off), 0.0))
     apart = float(off[farthest] @ off[farthest]) + _on_both_sides(off[far & ~farthest])
