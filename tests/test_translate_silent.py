@@ -4269,3 +4269,30 @@ def test_a_register_that_a_loop_counts_is_counted_for_routines_of_no_file_too(ta
     assert "FOR" not in made
     assert re.search(r"R1:?=R1 ?\+ ?1", made)
     assert re.search(r"R1:?=R1 ?- ?1", made)
+
+
+@pytest.mark.parametrize("line", ["JMOVE #a+#b", "POINT #c = #a-#b", "LMOVE p+#b"])
+def test_axis_values_are_no_transformation(line):
+    """A KRL or RAPID with a product of axis values is refused when it is loaded."""
+    tables = ".JOINTS\n#a 10 20 30 40 50 60\n#b 1 2 3 4 5 6\n.END\n.TRANS\np 500 100 400 90 180 0\n.END\n"
+    text = f".PROGRAM main()\n{line}\n.END\n{tables}"
+    program = read_source(decode(text.encode(), "made.as"))
+    assert any("axis values are no transformation" in d.message for d in program.diagnostics)
+    made = convert(
+        link(program).program, "krl", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00"
+    )
+    assert [x.line for x in made.translated.losses if x.leaves_out] == [2]
+
+
+@pytest.mark.parametrize("before", [[], ["LIN {X 900,Y 0,Z 500,A 0,B 0,C 180}"]])
+def test_a_point_of_the_list_that_is_a_frame_too_is_two_data_in_rapid(before, tmp_path):
+    lines = ["DEF PART ( )", *before, "$BASE=XP1", "LIN XP1", "END", ""]
+    (tmp_path / "PART.src").write_text("\r\n".join(lines))
+    data = ["DEFDAT PART", "DECL E6POS XP1={X 500,Y 0,Z 400,A 0,B 90,C 0}", "ENDDAT", ""]
+    (tmp_path / "PART.dat").write_text("\r\n".join(data))
+    program = link(read_source(load(tmp_path / "PART.src"))).program
+    made = convert(program, "rapid", Context(robot=ROBOT, on_loss="error"), date="2026/01/01 00:00")
+    text = b"".join(made.files.values()).decode()
+    (frame,) = re.findall(r"MoveL XP1,.*WObj:=(\w+)", text)
+    assert f'PERS wobjdata {frame}:=[FALSE,TRUE,"",[[500,0,400]' in text
+    assert re.search(r"robtarget XP1:=\[\[500,0,400\]", text)

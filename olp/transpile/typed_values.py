@@ -14,7 +14,14 @@ from typing import Any, Final, TypeGuard, TypeVar
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import (
+    calls_nothing,
+    changed_by,
+    edited,
+    expressions_of,
+    mapped,
+    sets_numbers,
+)
 from olp.languages.limits import ValueTypes
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
@@ -52,7 +59,7 @@ def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
     if types is None:
         return program
     if types.persistent_systems:
-        program = _systems_in_the_module(program, work)
+        program = _systems_in_the_module(_places_apart(program, work), work)
     own = _Typing(types, work.symbols(program), work)
     routines = []
     for routine in program.routines:
@@ -339,6 +346,48 @@ def _not_zero(e: ex.Expression) -> ex.Expression:
 def _is_written(value: ex.Expression | None) -> bool:
     """Whether a value stands in the text as it is, and is not computed."""
     return value is not None and all(type(e) in _LITERALS for e in expressions_of(value))
+
+
+def _places_apart(program: st.Program, work: TranslationContext) -> st.Program:
+    """Positions that moves also take as their tool or frame: the tool or frame is a copy that is set with them."""
+    places: set[str] = set()
+    systems: dict[str, str] = {}
+    for s in program.statements():
+        if type(s) is st.Move:
+            places |= {e.name for e in (*s.targets, *s.via) if type(e) is ex.Named}
+            for kind, e in (("tool", s.tool), ("frame", s.frame)):
+                if type(e) is ex.Named:
+                    systems.setdefault(e.name, kind)
+    values = {d.name: d.value for d in program.data}
+    names = {name: work.fresh(f"{name}_{systems[name]}") for name in systems if name in places}
+    if not names:
+        return program
+    data = []
+    for name, new in names.items():
+        value = values.get(name)
+        begins = value if isinstance(value, ex.PositionLiteral) else _NOTHING
+        data.append(st.Declare(0, new, systems[name], begins, storage="persistent", shared=True))
+        work.names[systems[name], name] = new
+
+    def copied(s: st.Statement) -> list[st.Statement]:
+        if type(s) is st.Move:
+            named = {"tool": s.tool, "frame": s.frame}
+            changes = {
+                field: ex.Named(names[e.name])
+                for field, e in named.items()
+                if type(e) is ex.Named and e.name in names
+            }
+            return [edited(s, changes) if changes else s]
+        begun = [s.name] if isinstance(s, st.Declare) and s.value is not None else []
+        changed = [name for name in (*changed_by(s), *begun) if name in names]
+        if changed and not isinstance(s, (st.Assign, st.Call, st.Declare)):
+            says = "a position that is also a tool or frame is changed within a condition"
+            work.lose(s, Fate.REFUSED, "frame", says)
+        return [s, *(st.Assign(s.line, ex.Named(names[name]), ex.Named(name)) for name in changed)]
+
+    routines = [with_rows(r, [row for s in r.body for row in copied(s)]) for r in program.routines]
+    program = with_routines(program, routines)
+    return replace(program, data=(*program.data, *data))
 
 
 def _systems_in_the_module(program: st.Program, work: TranslationContext) -> st.Program:

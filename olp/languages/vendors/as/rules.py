@@ -150,6 +150,8 @@ class AsRules(BlockRules):
 
     def compound(self, children: list[Any]) -> ex.Expression:
         sign, *rest = children
+        if (len(rest) > 1 or sign is not None) and any(map(_has_axes, rest[::2])):
+            raise NotModelledError("axis values are no transformation that + and - put together")
         value = rest[0] if sign is None else ex.Function("pose-inverse", (rest[0],))
         for word, right in zip(rest[1::2], rest[2::2], strict=True):
             right = ex.Function("pose-inverse", (right,)) if word == "-" else right
