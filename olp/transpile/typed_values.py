@@ -354,7 +354,7 @@ def _places_apart(program: st.Program, work: TranslationContext) -> st.Program:
     systems: dict[str, str] = {}
     for s in program.statements():
         if type(s) is st.Move:
-            places |= {e.name for e in (*s.targets, *s.via) if type(e) is ex.Named}
+            places |= {e.name for e in (*s.targets, s.via) if type(e) is ex.Named}
             for kind, e in (("tool", s.tool), ("frame", s.frame)):
                 if type(e) is ex.Named:
                     systems.setdefault(e.name, kind)
