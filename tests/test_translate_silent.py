@@ -4296,3 +4296,21 @@ def test_a_point_of_the_list_that_is_a_frame_too_is_two_data_in_rapid(before, tm
     (frame,) = re.findall(r"MoveL XP1,.*WObj:=(\w+)", text)
     assert f'PERS wobjdata {frame}:=[FALSE,TRUE,"",[[500,0,400]' in text
     assert re.search(r"robtarget XP1:=\[\[500,0,400\]", text)
+
+
+def test_a_routine_whose_triggers_are_spelled_out_is_no_second_one_with_data_of_its_own(tmp_path):
+    """The other file makes it a program of several files; COUNTED is one variable and not two."""
+    rows = [
+        "DEF PART ( )", "SENT ()", "COUNTED=COUNTED+1", "OTHER ()", "END", "", "DEF SENT ( )",
+        "TRIGGER WHEN PATH=-35 DELAY=0 DO $OUT[2]=FALSE", "LIN XP1", "COUNTED=COUNTED+1", "LIN XP1",
+        "TRIGGER WHEN PATH=-5 DELAY=0 DO DROP() PRIO=84", "LIN_REL {Z -30}", "END", "", "DEF DROP ( )",
+        "COUNTED=COUNTED+1", "END", "",
+    ]  # fmt: skip
+    (tmp_path / "PART.src").write_text("\r\n".join(rows))
+    point = "DECL E6POS XP1={X 500,Y 0,Z 400,A 0,B 90,C 0}"
+    data = ["DEFDAT PART", "DECL INT COUNTED=0", point, "ENDDAT", ""]
+    (tmp_path / "PART.dat").write_text("\r\n".join(data))
+    (tmp_path / "OTHER.src").write_text("DEF OTHER ( )\r\n$OUT[1]=TRUE\r\nEND\r\n")
+    program = link(read_source(load(tmp_path / "PART.src")), "rapid").program
+    assert [r.name for r in program.routines] == ["PART", "SENT", "DROP", "OTHER"]
+    assert [d.name for d in program.data] == ["COUNTED", "XP1"]

@@ -255,7 +255,7 @@ class _Joined:
     def __post_init__(self) -> None:
         self.routines += self.program.routines
         self.data += self.program.data
-        self.offsets[id(self.program)] = 0
+        self.offsets |= {id(self.jobs.programs[0]): 0, id(self.program): 0}
 
     def linked(self) -> Linked:
         program = self.program
@@ -295,7 +295,8 @@ class _Joined:
         What two files call the same, each for itself, has another name in the file that comes later.
         """
         have = {routine.name.casefold() for routine in self.routines}
-        names = {id(routine): routine.name for routine in self.routines}  # of what is there, in the whole
+        # Of what is there, in the whole; a routine that is spelled out is another object than the one that calls find.
+        names = {id(r): r.name for r in (*self.jobs.programs[0].routines, *self.routines)}
         todo = [(name, 0) for routine in self.routines for name in self._called(routine)]
         starts = set()
         for path in others:
@@ -367,7 +368,7 @@ class _Joined:
 
     def _keep_private(self) -> None:
         """Names whose data here are another file's alone, as that of shared data or of none that is known."""
-        if len(self.offsets) == 1 or not find_vendor(self.program.vendor).shares_names:
+        if len(self.parts) == 1 or not find_vendor(self.program.vendor).shares_names:
             return
         own = [{d.name.casefold() for d in one.data} for one in self.jobs.programs]
         private = {d.name.casefold() for d in self.data if not d.shared}
@@ -383,7 +384,7 @@ class _Joined:
     def _keep_points(self) -> None:
         """Points that no list here has, of which each file has its own: they are another one in each file."""
         own_points = find_vendor(self.program.vendor).conventions.file_points
-        if own_points is None or len(self.offsets) == 1:
+        if own_points is None or len(self.parts) == 1:
             return
         own = [{d.name.casefold() for d in one.data} for one in self.jobs.programs]
         known = {d.name.casefold() for one in self.jobs.programs for d in one.data if d.shared}
