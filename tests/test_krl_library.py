@@ -83,6 +83,31 @@ def test_the_library_itself_is_not_translated(tmp_path):
     assert [type(s).__name__ for s in program.statements() if s.line == 2] == ["Message", "Pause"]
 
 
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_functions_of_inline_forms_come_from_the_controllers_files_and_are_not_translated(tmp_path, target):
+    (tmp_path / "part.src").write_text(
+        "DEF PART ( )\n"
+        "PTP {A1 0,A2 -90,A3 90,A4 0,A5 20,A6 0}\n"
+        "SPTP {A1 9,A2 -90,A3 90,A4 0,A5 20,A6 0} WITH $VEL_AXIS[1]=SVEL_JOINT(50.0), $LOAD=SLOAD(1), "
+        "$GEAR_JERK[1]=SGEAR_JERK(PDEFAULT), $COLLMON_TOL_PRO[1]=USE_CM_PRO_VALUES(0)\n"
+        "MasRef_Main( )\nEND\n"
+    )
+    (tmp_path / "bas.src").write_text(
+        "DEF BAS ( )\nEND\n"
+        "GLOBAL DEFFCT LOAD SLOAD(N :IN)\nDECL INT N\nRETURN LOAD_DATA[N]\nENDFCT\n"
+        "GLOBAL DEFFCT REAL SGEAR_JERK(P :OUT)\nDECL PDAT P\nRETURN P.GEAR_JERK\nENDFCT\n"
+    )
+    (tmp_path / "CollMonLib.src").write_text(
+        "DEF COLLMONLIB ( )\nEND\n"
+        "GLOBAL DEFFCT INT USE_CM_PRO_VALUES(N :IN)\nDECL INT N\n$COLLMON_TOL_PRO[1]=CM_AX1\nRETURN 1\nENDFCT\n"
+    )
+    (tmp_path / "masref_main.src").write_text("DEF MasRef_Main ( )\n$MasteringTest_Active=TRUE\nEND\n")
+    program = link(read_file(tmp_path / "part.src")).program
+    assert [routine.name for routine in program.routines] == ["PART"]
+    losses = convert(program, target, Context(ROBOT, on_loss="comment")).translated.losses
+    assert [loss.line for loss in losses if loss.leaves_out] == [4]
+
+
 def test_the_message_window_is_written_and_cleared():
     text = krl('$LOOP_MSG[]="busy"', "WAIT FOR StrClear($LOOP_MSG[])", "$LOOP_CONT=TRUE")
     written = translated(text, "krl", "rapid")

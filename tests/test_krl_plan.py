@@ -227,14 +227,18 @@ def test_a_clock_with_a_computed_number_is_what_the_controller_sets():
     assert any("$TIMER_STOP is taken as 0" in one.says for one in plan.assumptions)
 
 
+@pytest.mark.parametrize("data", ["{TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}", "FOWN"])
 @pytest.mark.parametrize(("number", "length"), [(0, 0.0), (1, 0.1), (2, 0.2)])
-def test_a_tool_by_a_computed_number_is_the_flange_at_0(tmp_path: Path, number: int, length: float) -> None:
+def test_a_tool_by_a_computed_number_is_the_flange_at_0(
+    tmp_path: Path, number: int, length: float, data: str
+) -> None:
     """Public bas.src, TOOL and FRAMES: below 1 it is $NULLFRAME; TOOL_DATA has no element 0."""
     tools = [f"TOOL_DATA[{n}]={{X 0.0,Y 0.0,Z {100.0 * n},A 0.0,B 0.0,C 0.0}}" for n in (1, 2)]
-    config = ["DEFDAT $CONFIG PUBLIC", "DECL FRAME TOOL_DATA[16]", *tools, "ENDDAT", ""]
+    own = "DECL FDAT FOWN={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}"
+    config = ["DEFDAT $CONFIG PUBLIC", own, "DECL FRAME TOOL_DATA[16]", *tools, "ENDDAT", ""]
     (tmp_path / "$config.dat").write_text("\n".join(config))
     rows = ["DEF part()", f"choose({number})", "PTP {X 900,Y 0,Z 500,A 0,B 0,C 0}", "END"]
-    rows += ["DEF choose(n:IN)", "INT n", "FDAT_ACT={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}"]
+    rows += ["DEF choose(n:IN)", "INT n", f"FDAT_ACT={data}"]
     rows += ["FDAT_ACT.TOOL_NO=n", "BAS(#FRAMES)", "END", ""]
     (tmp_path / "part.src").write_text("\n".join(rows))
     plan = olp.read(tmp_path / "part.src").plan(robot=ROBOT)

@@ -143,7 +143,12 @@ class Krl(Vendor):
     )
     corners = CornerSpelling(r";", (r"\b(LIN|CIRC)(?:_REL)?\b.*\S(?=\s*$)", r"\g<0> C_DIS"), r"(?!)")
     editor_names = ("kuka",)
-    library_files = frozenset({"msglib", "h50", "user_grp", "userspot"})
+    library_files = frozenset(
+        {
+            *("bas", "braketestreq", "braketestselftest", "collmonlib", "h50", "ir_stopm"),
+            *("masref_main", "msglib", "tm_bib", "user_grp", "userspot"),
+        }
+    )
 
     def folders_with(self, folder: Path) -> list[Path]:
         from olp.languages.vendors.krl.companions import tree_of

@@ -230,12 +230,17 @@ class MotionData:
         """FRAMES."""
         numbers = self.member("FDAT_ACT", "TOOL_NO"), self.member("FDAT_ACT", "BASE_NO")
         tool, frame = self.chosen_tool(numbers[0]), self.chosen_frame(numbers[1])
-        if self._actual["FDAT_ACT"] is not None:  # of a form, which chooses by name and seldom none
+        if self._named("TOOL_NO"):
             tool = tool if len(tool) == 1 else (st.SetTool(0, self.numbered_tool(numbers[0])),)
+        if self._named("BASE_NO"):
             frame = frame if len(frame) == 1 else (st.SetFrame(0, self.numbered_frame(numbers[1])),)
         mode = self._word("FDAT_ACT", "IPO_FRAME")
         external = type(mode) is ex.Text and mode.value.upper() == "#TCP"
         return (*tool, *frame, *self.interpolation(external))
+
+    def _named(self, number: str) -> bool:
+        """Whether a number of FDAT_ACT is that of a form's own data, which choose by name and seldom none."""
+        return self._actual["FDAT_ACT"] is not None and ("FDAT_ACT", number) not in self._parts
 
     def interpolation(self, external: bool) -> tuple[st.Statement, ...]:
         """$IPO_MODE, where it changes."""
