@@ -4314,3 +4314,9 @@ def test_a_routine_whose_triggers_are_spelled_out_is_no_second_one_with_data_of_
     program = link(read_source(load(tmp_path / "PART.src")), "rapid").program
     assert [r.name for r in program.routines] == ["PART", "SENT", "DROP", "OTHER"]
     assert [d.name for d in program.data] == ["COUNTED", "XP1"]
+
+
+def test_the_home_position_that_a_controller_watches_is_told():
+    text = krl("DECL E6AXIS XH", "XH={A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}", "$H_POS=XH", "PTP XH")
+    remarks = converted(text, "krl", "rapid").translated.remarks
+    assert [x.line for x in remarks if "$H_POS" in x.says] == [4]

@@ -171,6 +171,9 @@ class Conventions:
     resolved_variables: frozenset[str] = (
         frozenset()
     )  # in capitals: what is assigned to them, the reader has made speeds, blends, tools and frames of
+    told_settings: Mapping[str, str] = field(
+        default_factory=dict
+    )  # those of them that also set something of the controller's own -> what to say of it
     halting_process: str = ""  # stops the arm while the routine of a condition that is watched runs
     starting_process: str = ""  # lets it go on; "": the end of the routine does
     interrupted_places: Mapping[str, str] = field(

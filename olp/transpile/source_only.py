@@ -72,7 +72,7 @@ def foreign_words(program: st.Program, work: TranslationContext) -> st.Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     words = _ForeignWords.of(program, work)
     vendor = find_vendor(program.vendor) if program.vendor in vendor_names() else None
-    resolved = work.conventions.resolved_variables
+    resolved, settings = work.conventions.resolved_variables, work.conventions.told_settings
     routines = []
     for routine in program.routines:
         unresolved = _read_records(work.look(routine)) if resolved else set[str]()
@@ -89,6 +89,8 @@ def foreign_words(program: st.Program, work: TranslationContext) -> st.Program:
                 rows += words.program_end(s, routine)
             elif not (isinstance(s, st.Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
+            elif isinstance(s.target, ex.Named) and (told := settings.get(s.target.name.upper())):
+                work.note_at(s, f"{told}: see that the target's own is the one meant")
         routines.append(replace(routine, body=tuple(words.switched_off(routine, rows))))
     own = (s for r in routines for s in r.body if isinstance(s, st.Declare))
     for d in (*program.data, *own):

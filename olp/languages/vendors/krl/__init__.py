@@ -136,6 +136,9 @@ class Krl(Vendor):
         assumed_codes=frozenset({"P413"}),
         file_points=re.compile(r"X(?!HOME$)\w+", re.IGNORECASE),  # of inline forms
         resolved_variables=frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"}),
+        told_settings={
+            "$H_POS": "the controller's home position ($H_POS, of its signal $IN_HOME) is not set"
+        },
     )
     joint_moves = (
         (r"^(\s*)LIN\b(?!\s*\{[^}]*$)(.*\S)\s+C_(?:DIS|VEL|ORI)\b", r"\1PTP\2 C_PTP"),
