@@ -580,6 +580,34 @@ def test_that_no_index_may_leave_such_a_row_is_told():
     assert list(made.translated.asks[asked]) == ["offsets"]
 
 
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_tables_that_no_file_declares_are_as_long_as_all_of_them_fit(target):
+    """Ten by ten by ten of each would be more registers than there are."""
+    rows = (
+        *("  DECL INT n, t, k", "  DECL POS P", "  n = 2", "  t = 3", "  k = 1"),
+        *(
+            "  a[n,t,k] = 1",
+            "  b[n,t,k] = 2.5",
+            "  c[n,t,k] = 3",
+            "  WAIT SEC a[n,t,k] + b[n,t,k] + c[n,t,k]",
+        ),
+        *(
+            "  P = offsets[n,t,k]",
+            "  LIN P",
+            "  P = others[n,t,k]",
+            "  LIN P",
+            "  P = thirds[n,t,k]",
+            "  LIN P",
+        ),
+    )
+    made = converted(krl(*rows), "krl", target)
+    assert not [loss.says for loss in made.translated.losses if loss.leaves_out]
+    shapes = [re.sub("^.*: ", "", note) for note in made.translated.notes if "in one row" in note]
+    assert len(shapes) == 6
+    assert len(set(shapes)) == 1
+    assert "10 by 10 by 10" not in shapes[0]
+
+
 def test_a_row_is_as_long_as_the_loop_that_counts_through_it():
     rows = ("  DECL INT n", "  FOR n = 1 TO 14", "  WAIT SEC times[2,n]", "  ENDFOR")
     made = converted(krl(*rows), "krl", "inform")

@@ -321,6 +321,10 @@ class Limits:
     # What is refused: kinds of statements, as `Vendor.reads` names them, and words of the refusals of other things
     refuses: frozenset[str] = frozenset()
 
+    def most_numbered(self, store: Store) -> int:
+        """How many variables of a kind the controller can be set up to have."""
+        return self.enlarged.get(store, self.numbered.get(store, 0))
+
 
 def limits_of(vendor: str, forms: bool = False) -> Limits:
     """The limits of a language; `forms`: of its editor's forms where it has such. Raises OlpError (X010) for one that

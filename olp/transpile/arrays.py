@@ -15,6 +15,7 @@ from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.implicit_declarations import uses_of
+from olp.transpile.name_types import Use
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
 from olp.transpile.shared_variables import calls_of, handed_over, paired
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
@@ -555,17 +556,37 @@ def _undeclared_tables(
         for e in work.look(routine).expressions
     ):
         return {}
-    found: dict[tuple[str, str], tuple[int, ...]] = {}
+    uses: dict[str, Use] = {}
     for name, use in uses_of(program, work).items():
         numbers = work.limits.dimensions == _NUMBERS_ALONE and use.kind in _NUMBERS
-        if numbers or len(use.sizes) < 2 or len({len(row) for row in use.indices}) != 1:
-            continue
-        columns = zip(*use.indices, strict=True)
-        found[("", name)] = tuple(
-            max(1, *(_KEPT if at is None else at for at in column)) for column in columns
-        )
-        work.row_sizes[name] = math.prod(found[("", name)])
-    return found
+        if not numbers and len(use.sizes) > 1 and len({len(row) for row in use.indices}) == 1:
+            uses[name] = use
+    sizes: dict[str, tuple[int, ...]] = {}
+    for kept in range(_KEPT, 0, -1):
+        sizes = {
+            name: tuple(
+                max(1, *(kept if at is None else at for at in column))
+                for column in zip(*use.indices, strict=True)
+            )
+            for name, use in uses.items()
+        }
+        if _have_room(sizes, uses, work):
+            break
+    work.row_sizes.update({name: math.prod(found) for name, found in sizes.items()})
+    return {("", name): found for name, found in sizes.items()}
+
+
+def _have_room(
+    sizes: Mapping[str, tuple[int, ...]], uses: Mapping[str, Use], work: TranslationContext
+) -> bool:
+    """Whether the rows leave half of the target's numbered variables to what is declared."""
+    registers = work.limits.registers
+    if registers is None:
+        return True
+    taken: Counter[ex.Store] = Counter()
+    for name, found in sizes.items():
+        taken[registers.stores.get(uses[name].kind, ex.Store.REAL)] += math.prod(found)
+    return all(2 * count <= work.limits.most_numbered(store) for store, count in taken.items())
 
 
 def _is_open_table(e: ex.Expression, routine: str, symbols: Symbols) -> bool:

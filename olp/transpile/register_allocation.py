@@ -145,7 +145,7 @@ class PositionNumbers:
             .lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ[")
             .rstrip("]")
         )
-        first, largest = self.registers.first_point, self._largest(store)
+        first, largest = self.registers.first_point, self.work.limits.most_numbered(store)
         free = (
             at for at in range(first, first + largest - size + 1) if taken.isdisjoint(range(at, at + size))
         )
@@ -167,15 +167,11 @@ class PositionNumbers:
         record, falls with each use; so does what never changes: other uses of that are points. Of an array what
         chooses an element by a computed index falls first: without it the others may be no array.
         """
-        says = f"more than {self._largest(store)} variables of one kind ({terminology.STORES[store]})"
+        most = self.work.limits.most_numbered(store)
+        says = f"more than {most} variables of one kind ({terminology.STORES[store]})"
         declared = 0 if self._is_fixed(ex.Named(name)) else self.lines.get(name, 0)
         for line in (declared,) if declared else self.beyond[name] or (self.line,):
             self.work.lose(line, Fate.REFUSED, "variable", says)
-
-    def _largest(self, store: ex.Store) -> int:
-        """How many variables of a kind the controller can have."""
-        limits = self.work.limits
-        return limits.enlarged.get(store, limits.numbered.get(store, 0))
 
     def tell_enlarged(self) -> None:
         """What the controller has to be set up for: more variables of a kind than it is delivered with."""
