@@ -100,6 +100,7 @@ def test_without_a_column_of_accelerations_an_exact_stop_at_a_rounded_end_is_sti
     assert [f.term for f in found.findings] == ["blending"]
 
 
+@pytest.mark.slow("0.1")
 @pytest.mark.parametrize("time", [0.06, 0.1])
 def test_a_filter_delays_a_passing_arm_by_half_of_its_length_and_is_one_name(time):
     made, rng = programmed()
@@ -423,6 +424,7 @@ def built_up(made, build, slow=A):
     return 2.0 * ramp(fast) + (made.length - fast * ramp(fast)) / fast
 
 
+@pytest.mark.slow("0.0-drop0")
 @pytest.mark.parametrize(("stop", "drop"), [(0.0, ("accel_mm_s2",)), (0.05, ())])
 def test_accelerations_that_build_up_are_told_where_no_move_goes_from_stop_to_stop(stop, drop, tmp_path):
     """Slow moves do not reach their acceleration: a time beside ramps left all off by 5.6 and 28 ms on the mean."""

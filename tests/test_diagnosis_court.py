@@ -773,7 +773,7 @@ WAYS = (
 )
 
 
-@pytest.mark.slow("walk", "jerky", "late", "region", "pair", "digits", "clamp")
+@pytest.mark.slow("walk", "jerky", "tail", "drift", "late", "region", "pair", "digits", "clamp", "few")
 @pytest.mark.parametrize("way_of", WAYS)
 def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     """Whatever is wrong with a recording: no agreement above twice the floor, and so on."""
@@ -1288,6 +1288,7 @@ def test_two_moves_wait_if_they_are_of_no_one_kind(late, named, tmp_path):
     assert (found.verdict == "explained") == bool(named)
 
 
+@pytest.mark.slow("0.008-ceil-named0", "0.04-round-named1")
 @pytest.mark.parametrize(("ends", "named"), [(np.ceil, ["cycle-quantisation"]), (np.round, [])])
 @pytest.mark.parametrize("cycle", [0.008, 0.04])
 def test_a_cycle_that_nobody_states_is_the_controllers_where_moves_end_late(ends, named, cycle, tmp_path):
@@ -1298,6 +1299,7 @@ def test_a_cycle_that_nobody_states_is_the_controllers_where_moves_end_late(ends
     assert [finding.term for finding in found.findings] == named
 
 
+@pytest.mark.slow("0.0")
 @pytest.mark.parametrize("late", [0.0, 0.006])
 def test_a_cycle_of_few_programmed_moves_may_as_well_be_half_of_it_per_move(late, tmp_path):
     """Half a cycle more, rounded to the nearest multiple, is rounded up: in ten programmed moves it may be by chance,
@@ -1334,6 +1336,7 @@ def test_waits_in_the_moves_that_a_name_does_not_change_are_told_beside_it(tmp_p
     assert found.verdict == "explained"
 
 
+@pytest.mark.slow("False")
 @pytest.mark.parametrize("nearest", [False, True])
 def test_what_is_rounded_alike_is_no_drift_beside_a_warm_up(nearest, tmp_path):
     """Cold grease takes a fifth of the acceleration; moves of a cycle are alike, and the clock shows 10 ms."""

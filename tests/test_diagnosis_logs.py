@@ -290,7 +290,7 @@ def test_the_noise_of_an_axis_that_stands_still_does_not_hide_where_the_others_m
     assert number(found, "clock", "log behind simulation")[0] == pytest.approx(0.0213, abs=2e-5)
 
 
-@pytest.mark.slow("1.00004")
+@pytest.mark.slow("0.99", "1.00004")
 @pytest.mark.parametrize("rate", [1.0005, 0.99, 1.00004])
 def test_a_recorder_that_runs_at_another_rate_is_a_clock_and_nothing_else(rate: float) -> None:
     log, sim = against_simulation(against_command(9))

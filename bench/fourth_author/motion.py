@@ -160,10 +160,11 @@ class _Path:
         w = self.world
         climb, rate, base = self.climb[:, at], self.rate[:, at], self.base[:, at]
         factor = 1 - w.up * climb if way > 0 else 1 + w.brake * climb
-        used = np.clip(rate * speed, 0, 1.2)
-        factor = factor * (1 - w.weak * np.clip((used - w.knee) / (1 - w.knee), 0, 1.1))
-        factor = factor * (1 - way * w.viscous * used)
-        result = base * np.clip(factor, 0.05, None)
+        if w.weak or w.viscous:
+            used = np.clip(rate * speed, 0, 1.2)
+            factor = factor * (1 - w.weak * np.clip((used - w.knee) / (1 - w.knee), 0, 1.1))
+            factor = factor * (1 - way * w.viscous * used)
+        result = base * np.maximum(factor, 0.05)
         if w.axis_accel is not None:
             first, second = self.first[:, at], self.second[:, at]
             room = np.maximum(w.axis_accel - second * (speed**2)[..., None], 0.1 * w.axis_accel)
@@ -214,12 +215,15 @@ def ramped(
     return t + np.maximum(length - d, 0) / np.maximum(v, 1e-12)
 
 
+_NODES = (np.arange(160) + 0.5) / 160 * np.pi / 2
+_SHARE = np.sin(_NODES)[:, None] ** 2
+_SLOPE = (2 * np.sin(_NODES) * np.cos(_NODES))[:, None]
+
+
 def _leg(v: np.ndarray, a: np.ndarray, ramp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Seconds and path of a rise from rest to v: the integrals of dv / alpha and v dv / alpha by the middle rule."""
-    nodes = (np.arange(160) + 0.5) / 160 * np.pi / 2
-    share = np.sin(nodes)[:, None] ** 2
-    speed = v * share
-    dv = v * (2 * np.sin(nodes) * np.cos(nodes))[:, None] * (np.pi / 2 / 160)
+    speed = v * _SHARE
+    dv = v * _SLOPE * (np.pi / 2 / 160)
     jerk = a / np.maximum(ramp, 1e-9)
     alpha = np.minimum(a, np.sqrt(2 * jerk * np.minimum(speed, v - speed)))
     t = (dv / np.maximum(alpha, 1e-12)).sum(axis=0)

@@ -77,10 +77,11 @@ def in_ramp(case: MeasuredMoves, values: Array, end: int, whole: bool = False) -
     grid = np.linspace(0.0, 1.0, values.shape[1])
     flat = values.reshape(len(values), values.shape[1], -1)
     out = np.empty((len(values), _FINE, flat.shape[2]))
+    places = np.clip(share[:, None] * _U**2, 0.0, 1.0)
+    places = 1.0 - places if end else places
     for k in range(len(values)):
-        places = np.clip(share[k] * _U**2, 0.0, 1.0)
         for c in range(flat.shape[2]):
-            out[k, :, c] = np.interp(1.0 - places if end else places, grid, flat[k, :, c])
+            out[k, :, c] = np.interp(places[k], grid, flat[k, :, c])
     return out.reshape(len(values), _FINE, *values.shape[2:])
 
 
@@ -284,9 +285,10 @@ def torque_speed(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     if law != "power":
         speed = np.minimum(speed, 0.98 * values[0] / np.maximum(per.max(axis=1), 1e-12))
     knee = values[1] if law == "knee" else 0.0
+    used = [in_ramp(case, per, end) for end in (0, 1)]
 
     def slower(end: int, top: Array) -> Array:
-        share = in_ramp(case, per, end) * top[:, None] * _U / values[0]
+        share = used[end] * top[:, None] * _U / values[0]
         if law == "power":
             return np.asarray(np.maximum(1.0, share))
         return np.asarray(1.0 / np.clip((1.0 - share) / (1.0 - knee), 0.02, 1.0))
@@ -429,15 +431,18 @@ def _against(case: MeasuredMoves, pull: Array) -> Columns:
 def _available(case: MeasuredMoves, starting: Array, stopping: Array, least: float = 0.05) -> Columns:
     """Of each ramp's acceleration along the way (n, m), at least a share, walked in small steps of speed; how fast a
     short way gets depends on both, so the walk is repeated until that stays."""
-    base, forces = case.base, (starting, stopping[:, ::-1])
-    top = top_speed(case)
+    base, way = case.base, np.maximum(case.base.way, 1e-9)
+    force = np.maximum(np.stack([starting, stopping[:, ::-1]]), least)
+    slow = np.stack([base.accelerate, base.decelerate])
+    top, ramps, anew = top_speed(case), np.empty_like(slow), np.ones(len(case), dtype=bool)
     for _ in range(20):
-        up, down = (
-            slow / _walked(np.maximum(force, least), top**2 / (slow * np.maximum(base.way, 1e-9)))
-            for slow, force in zip((base.accelerate, base.decelerate), forces, strict=True)
-        )
-        peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / up + 1.0 / down))
-        before, top = top, np.minimum(base.speed, peak)
+        # A move that gets as fast as before needs no other walk.
+        ramp = (top**2 / (slow * way))[:, anew]
+        longer = _walked(force[:, anew].reshape(ramp.size, -1), ramp.ravel()).reshape(ramp.shape)
+        ramps[:, anew] = slow[:, anew] / longer
+        up, down = ramps
+        before, top = top, np.minimum(base.speed, np.sqrt(2.0 * way / (1.0 / up + 1.0 / down)))
+        anew = before != top
         if np.allclose(before, top, rtol=1e-12, atol=0.0):
             break
     return {"accelerate": up, "decelerate": down}
@@ -445,12 +450,16 @@ def _available(case: MeasuredMoves, starting: Array, stopping: Array, least: flo
 
 def _walked(force: Array, ramp: Array) -> Array:
     """(n,) `longer` of a force (n, m) along the way from a ramp's rest on; `ramp`: V²/a over the way."""
-    moves, last = np.arange(len(force)), force.shape[1] - 1
+    first, last = np.arange(len(force)) * force.shape[1], force.shape[1] - 1
+    values, rises = (
+        force.ravel(),
+        np.append(np.diff(force, axis=1), np.zeros((len(force), 1)), axis=1).ravel(),
+    )
     place, result = np.zeros(len(force)), np.zeros(len(force))
     for u in _U:
         at = np.minimum(place, 1.0) * last
         left = np.minimum(at.astype(int), last - 1)
-        here = force[moves, left] + (at - left) * (force[moves, left + 1] - force[moves, left])
+        here = values.take(first + left) + (at - left) * rises.take(first + left)
         result += 2.0 * (1.0 - u) / here / _FINE
         place = place + ramp * u / here / _FINE
     return result
@@ -542,12 +551,13 @@ def joint_speed_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns
 def _swept(case: MeasuredMoves, k: int, limit: Array) -> float:
     """[s] of move k along its way below `limit`, from rest to rest."""
     base = case.base
-    square, step = limit**2, base.way[k] / (len(limit) - 1)
+    square, step = (limit**2).tolist(), base.way[k] / (len(limit) - 1)
+    starting, braking = (float(2.0 * slow[k] * step) for slow in (base.accelerate, base.decelerate))
     square[0] = square[-1] = 0.0
     for i in range(1, len(square)):
-        square[i] = min(square[i], square[i - 1] + 2.0 * base.accelerate[k] * step)
+        square[i] = min(square[i], square[i - 1] + starting)
     for i in range(len(square) - 2, -1, -1):
-        square[i] = min(square[i], square[i + 1] + 2.0 * base.decelerate[k] * step)
+        square[i] = min(square[i], square[i + 1] + braking)
     fast = np.sqrt(square)
     return float((2.0 * step / np.maximum(fast[1:] + fast[:-1], 1e-9)).sum())
 
