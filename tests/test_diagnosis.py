@@ -113,7 +113,7 @@ def told_apart_from(name):
 # --- names ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "warm-up")
+@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "cycle-quantisation", "warm-up")
 @pytest.mark.parametrize("name", ALONE)
 def test_what_was_planted_is_named_and_nothing_else(name):
     assert set(found(name)) == {name}
@@ -197,7 +197,7 @@ def test_waits_are_one_sided():
 # --- numbers ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "warm-up")
+@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "cycle-quantisation", "warm-up")
 @pytest.mark.parametrize("name", TRUTH)
 def test_parameters_are_right_and_their_intervals_hold_them(name):
     for key, truth in TRUTH[name].items():
@@ -211,7 +211,7 @@ def test_parameters_are_right_and_their_intervals_hold_them(name):
         assert not parameter.at_bound
 
 
-@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "warm-up")
+@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "cycle-quantisation", "warm-up")
 @pytest.mark.parametrize("name", PLANTED)
 def test_contributions_add_up_to_the_whole_correction(name):
     outcome = diagnosed(name)
@@ -225,7 +225,7 @@ def test_contributions_add_up_to_the_whole_correction(name):
     assert np.abs(whole).max() > 5 * NOISE
 
 
-@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "warm-up")
+@pytest.mark.slow("speed-clamp", "gravity", "reach-inertia", "cycle-quantisation", "warm-up")
 @pytest.mark.parametrize("name", [n for n in PLANTED if n not in ("nothing", "a place", "a wave")])
 def test_the_fit_holds_on_moves_it_never_saw(name):
     diagnosis = diagnosed(name).diagnosis

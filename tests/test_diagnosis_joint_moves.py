@@ -225,6 +225,7 @@ def test_a_cause_that_no_term_describes_and_one_axis_has_is_not_called_by_what_h
     assert [c.column for c in found.remainder.correlates if "axis" in c.column] == ["axis 2 turning back"]
 
 
+@pytest.mark.slow("0.036-True")
 @pytest.mark.parametrize(("effect", "named"), [(0.008, False), (0.016, True), (0.036, True)])
 def test_where_nothing_else_tells_the_noise_names_explain_more_than_they_leave(effect, named, tmp_path):
     """Points taught elsewhere look like a noise of 12 ms, and as if a small effect explained all but that."""
@@ -274,6 +275,7 @@ def incline_of(q):
     return step[:, 2] / np.linalg.norm(step, axis=1)
 
 
+@pytest.mark.slow("0.2")
 @pytest.mark.parametrize("braking", [0.0, 0.2, 0.4])
 def test_joint_moves_that_lift_the_tool_start_more_slowly_whatever_their_axes_hold(tmp_path, braking):
     """A controller lowers ramps by how steeply the tool goes; its braking may be as written, or gain."""
