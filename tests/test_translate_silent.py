@@ -4320,3 +4320,32 @@ def test_the_home_position_that_a_controller_watches_is_told():
     text = krl("DECL E6AXIS XH", "XH={A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}", "$H_POS=XH", "PTP XH")
     remarks = converted(text, "krl", "rapid").translated.remarks
     assert [x.line for x in remarks if "$H_POS" in x.says] == [4]
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript", "inform"])
+def test_a_share_of_the_speed_at_a_corner_is_no_length_without_a_word(target):
+    """How far from its corner CNT begins is the controller's own: a length stands for it in one run alone."""
+    places = [
+        (1, 0, 1, 900, 0, 400, 180, 0, 0),
+        (2, 0, 1, 900, 300, 400, 180, 0, 0),
+        (3, 0, 1, 900, 300, 200, 180, 0, 0),
+    ]
+    rows = (
+        "UFRAME_NUM=0",
+        "UTOOL_NUM=1",
+        "L P[1] 500mm/sec FINE",
+        "L P[2] 500mm/sec CNT60",
+        "L P[3] 500mm/sec FINE",
+    )
+    found = [x for x in losses(tp(*rows, positions=places), "tp", target) if x.part == "blend"]
+    assert found
+    assert all("share of the speed" in x.says for x in found)
+    assert {x.line for x in found} == {9}
+
+
+def test_a_zone_is_no_share_of_the_speed_without_a_word():
+    """A radius of 10 mm at 200 mm/s is just what braking for 0.1 s takes, which is assumed."""
+    rows = ("MoveJ p1,v200,fine,tool0;", "MoveJ p2,v200,z10,tool0;", "MoveJ p1,v200,fine,tool0;")
+    found = [x for x in losses(module(*rows, data=TARGETS), "rapid", "tp") if x.part == "blend"]
+    assert len(found) == 1
+    assert "share of the speed" in found[0].says

@@ -156,6 +156,7 @@ class _Blends:
         self, s: Move, kind: BlendKind, value: float, allowed: frozenset[BlendKind]
     ) -> Blend | None:
         size = self._size(s, kind, value)
+        shown = size is not None
         if size is None:
             says = "its size depends on a move that this run does not show: the smallest zone is used"
             self.work.lose(s, Fate.APPROXIMATED, "blend", says)
@@ -170,6 +171,10 @@ class _Blends:
         elif not off <= _NOTHING:
             says = f"{terminology.BLENDS[kind]} written as {terminology.BLENDS[blend.kind]}"
             self.work.lose(s, Fate.APPROXIMATED, "blend", says, off / mm, "mm")
+        elif shown and not {kind, blend.kind} <= _SIZED:
+            # Shares of a way or a speed are lengths in one run alone, with a braking that is assumed.
+            says = f"{terminology.BLENDS[kind]} written as {terminology.BLENDS[blend.kind]}, as it is in this run"
+            self.work.lose(s, Fate.APPROXIMATED, "blend", says)
         return blend
 
     # --- sizes ------------------------------------------------------------------------------------------
