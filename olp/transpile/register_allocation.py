@@ -63,8 +63,9 @@ class PositionNumbers:
     )  # position variables for one statement each; of each routine, where several run at once
     at_once: bool = False
     under_way: int = 0  # how many of them the statement under way needs
-    # Variables for which no number is left, with the lines that choose an element of them by a computed index.
+    # Variables for which no number is left, with the lines that fall, empty: each use.
     beyond: dict[str, set[int]] = field(default_factory=dict)
+    choosing: dict[str, set[int]] | None = None  # array -> lines that take an element by a computed index
     told: bool = False  # that configurations are those of the plan
     lines: Mapping[str, int] = field(default_factory=dict)  # where each variable is declared, 0: nowhere
     owners: Mapping[str, str] = field(default_factory=dict)  # variable -> the routine that has it for itself
@@ -107,7 +108,7 @@ class PositionNumbers:
             self.work.names[("variable", e.name)] = shown
         elif known is None:
             known = self.numbers[e.name] = self._allocate(e.name, store, self._size(symbol))
-        elif e.name in self.beyond:
+        elif e.name in self.beyond and not self.beyond[e.name]:
             self._refuse_beyond(e.name, store)
         return ex.Variable(store, ex.Number(known), owner is not None, e.name)
 
@@ -151,10 +152,8 @@ class PositionNumbers:
         )
         start = int(wanted) if wanted.isdecimal() else next(free, first + largest)
         if start + size > first + largest:
-            chosen = {
-                s.line for s in self.program.statements() if any(_chooses(e, name) for e in expressions_of(s))
-            }
-            self.beyond[name] = chosen
+            declared = 0 if self._is_fixed(ex.Named(name)) else self.lines.get(name, 0)
+            self.beyond[name] = {declared} if declared else self._lines_choosing(name)
             self._refuse_beyond(name, store)
         else:
             taken.update(range(start, start + size))
@@ -169,9 +168,17 @@ class PositionNumbers:
         """
         most = self.work.limits.most_numbered(store)
         says = f"more than {most} variables of one kind ({terminology.STORES[store]})"
-        declared = 0 if self._is_fixed(ex.Named(name)) else self.lines.get(name, 0)
-        for line in (declared,) if declared else self.beyond[name] or (self.line,):
+        for line in self.beyond[name] or (self.line,):
             self.work.lose(line, Fate.REFUSED, "variable", says)
+
+    def _lines_choosing(self, array: str) -> set[int]:
+        """The lines with an element of an array by a computed index."""
+        if self.choosing is None:
+            self.choosing = {}
+            for s in self.program.statements():
+                for name in filter(None, map(_chosen_array, expressions_of(s))):
+                    self.choosing.setdefault(name, set()).add(s.line)
+        return self.choosing.get(array, set())
 
     def tell_enlarged(self) -> None:
         """What the controller has to be set up for: more variables of a kind than it is delivered with."""
@@ -468,10 +475,11 @@ class PositionNumbers:
         return name
 
 
-def _chooses(e: ex.Expression, array: str) -> bool:
-    return (
-        type(e) is ex.Item and e.base == ex.Named(array) and any(type(i) is not ex.Number for i in e.indices)
-    )
+def _chosen_array(e: ex.Expression) -> str:
+    """The array of which `e` is an element by a computed index, "": it is none."""
+    if type(e) is ex.Item and type(e.base) is ex.Named and any(type(i) is not ex.Number for i in e.indices):
+        return e.base.name
+    return ""
 
 
 def _turned(angles: Sequence[ex.Expression]) -> npt.NDArray[np.float64] | None:
