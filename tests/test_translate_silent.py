@@ -4349,3 +4349,13 @@ def test_a_zone_is_no_share_of_the_speed_without_a_word():
     found = [x for x in losses(module(*rows, data=TARGETS), "rapid", "tp") if x.part == "blend"]
     assert len(found) == 1
     assert "share of the speed" in found[0].says
+
+
+def test_a_frame_that_nothing_tells_is_no_zero_where_its_components_are_set():
+    """What is taught would be lost at each start, and the robot would go on from the base."""
+    move = "SLIN {X 10,Y 20,Z 30,A 0,B 90,C 0} WITH $TOOL=TOOL_DATA[1], $BASE=BASE_DATA[2]"
+    rows = ["DEF MAINLY ( )", "SEG ()", "BASE_DATA[2].z=BASE_DATA[2].z+155", "SEG ()", "END"]
+    text = translated("\r\n".join([*rows, "DEF SEG ( )", move, "END", ""]), "krl", "tp")
+    (register,) = re.findall(r"PR\[(\d+),3:frame_2_value\]=PR\[\d+,3:frame_2_value\]\+155", text)
+    assert f"PR[{register},3]=0" not in text
+    assert text.count(f"UFRAME[2]=PR[{register}:frame_2_value]") == 2

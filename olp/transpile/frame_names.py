@@ -14,6 +14,7 @@ from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose
 from olp.transpile.constant_frames import system_of
 from olp.transpile.context import Elsewhere, Fate, TranslationContext
+from olp.transpile.first_values import UNDECLARED
 from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols
 
@@ -245,7 +246,7 @@ class SystemNames:
         self.work.ask(_ZEROS, f"{word} {number}")
         return Pose.identity()
 
-    def _made(self, kind: str, key: Expression, stem: str, value: PositionLiteral) -> Named:
+    def _made(self, kind: str, key: Expression, stem: str, value: PositionLiteral | None) -> Named:
         name = self.made.get((kind, key))
         if name is None:
             name = self.made[(kind, key)] = Named(
@@ -255,8 +256,10 @@ class SystemNames:
             self.work.names[(system_words(kind), system_label(key))] = name.name
         return name
 
-    def _declare(self, kind: str, name: str, value: PositionLiteral) -> None:
-        self.declared.append(Declare(0, name, system_words(kind), value, storage="persistent", shared=True))
+    def _declare(self, kind: str, name: str, value: PositionLiteral | None) -> None:
+        says = "" if value is not None else UNDECLARED
+        kept = Declare(0, name, system_words(kind), value, storage="persistent", shared=True, comment=says)
+        self.declared.append(kept)
 
     # --- what is not known ------------------------------------------------------------------------------
 

@@ -45,6 +45,9 @@ class _Systems(SystemNames):
     held: dict[ex.Named, ex.Named] = field(
         default_factory=dict
     )  # of those with a number whose components are set: the position that is copied into it
+    taught: dict[tuple[str, int], ex.Named] = field(
+        default_factory=dict
+    )  # of those: where nothing tells the values
 
     def move(self, s: st.Move) -> st.Move:
         changes: dict[str, Any] = {}
@@ -195,8 +198,12 @@ class _Systems(SystemNames):
             symbol = self.symbols.find(routine.name, base.name)
             for kind in ("tool", "user"):
                 if symbol is not None and not symbol.scope and (kind, base) in self.numbers:
-                    value = symbol.value if isinstance(symbol.value, ex.PositionLiteral) else _ZERO
-                    self.held[base] = self._made("position", base, f"{base.name}_value", value)
+                    value = symbol.value if isinstance(symbol.value, ex.PositionLiteral) else None
+                    held = self.held[base] = self._made("position", base, f"{base.name}_value", value)
+                    if (
+                        value is None
+                    ):  # what is taught is its value, which the tool or frame has from the start
+                        self.taught[kind, self.numbers[kind, base]] = held
 
     def setting(
         self, kind: str, number: int, value: ex.Expression, line: int, comment: str = ""
@@ -275,7 +282,7 @@ class _Systems(SystemNames):
                 and not self.work.limits.named_frames
             ):
                 rows.append(s)
-        if main and self.values:
+        if main and (self.values or self.taught):
             rows[_place(rows) : _place(rows)] = self._all_values()
         return with_rows(routine, rows)
 
@@ -296,7 +303,9 @@ class _Systems(SystemNames):
         labels = {(kind, number): system_label(key) for (kind, key), number in self.numbers.items()}
         for (kind, number), value in self.values.items():
             label = labels.get((kind, number), "") if self.work.limits.forms else ""
-            rows += self.setting(kind, number, value, 0, label)
+            rows += self.setting(kind, number, self.taught.get((kind, number), value), 0, label)
+        for (kind, number), held in self.taught.items():
+            rows += self.setting(kind, number, held, 0) if (kind, number) not in self.values else []
         return [st.Comment(0, terminology.SYSTEMS_ARE_SET), *rows] if rows else []
 
 
