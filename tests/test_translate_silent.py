@@ -4359,3 +4359,14 @@ def test_a_frame_that_nothing_tells_is_no_zero_where_its_components_are_set():
     (register,) = re.findall(r"PR\[(\d+),3:frame_2_value\]=PR\[\d+,3:frame_2_value\]\+155", text)
     assert f"PR[{register},3]=0" not in text
     assert text.count(f"UFRAME[2]=PR[{register}:frame_2_value]") == 2
+
+
+@pytest.mark.parametrize(
+    ("target", "shown"), [("inform", "tool 1 in frame 2"), ("rapid", "tool_1 in frame_2")]
+)
+def test_where_a_point_of_no_file_is_to_be_taught_says_with_which_tool_and_in_which_frame(target, shown):
+    text = krl("$TOOL=TOOL_DATA[1]", "$BASE=BASE_DATA[2]", "PTP XP1", "LIN XP2")
+    asks = converted(text, "krl", target).translated.asks[
+        "teach what no file here declares, or copy its values"
+    ]
+    assert list(asks) == [f"XP1 ({shown})", f"XP2 ({shown})"]

@@ -247,6 +247,7 @@ _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets
 _MOST_SHARED_ZEROS: Final = 20  # elements of a program's array that its first routine sets one by one
 TEACH: Final = "teach these positions, which are zeros now"
 _TEACH_REGISTERS: Final = "teach these positions"
+TEACH_UNDECLARED: Final = "teach what no file here declares, or copy its values"
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 
 
@@ -776,13 +777,13 @@ def read_by(s: st.Statement) -> Iterator[ex.Variable]:
 
 def taught_frames(program: st.Program, work: TranslationContext) -> st.Program:
     """Says of positions that have to be taught with which tool and in which frame the moves take them."""
-    for says in (TEACH, _TEACH_REGISTERS):
+    for says in (TEACH, _TEACH_REGISTERS, TEACH_UNDECLARED):
         labels = work.asks.get(says)
         if labels is None:
             continue
         found: dict[str, set[str]] = {label: set() for label in labels}
         for s in program.statements():
-            if isinstance(s, st.Move) and s.path is not st.Path.JOINT:
+            if isinstance(s, st.Move) and (s.path is not st.Path.JOINT or says == TEACH_UNDECLARED):
                 for e in s.targets:
                     if type(e) is ex.Item and not (
                         type(e.base) is ex.Named and type(e.indices[0]) is ex.Number

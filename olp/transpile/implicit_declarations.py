@@ -14,7 +14,7 @@ from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import Conventions, conventions_of, language_of, part_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.first_values import UNDECLARED
+from olp.transpile.first_values import TEACH_UNDECLARED, UNDECLARED
 from olp.transpile.integer_inference import loop_counters
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
@@ -35,7 +35,7 @@ _DEEPEST: Final = 6  # members of members
 _SYSTEMS_READ: Final = {"Tool": "tool", "WObj": "frame"}  # with which, and in which, a position is read
 _KEPT: Final = 20  # elements of an array with a computed index, where the target numbers its variables
 ASKS: Final = {
-    "taught": "teach what no file here declares, or copy its values",
+    "taught": TEACH_UNDECLARED,
     "set": "set what no file here declares",
     "status": "set, all the time, what the source's controller tells of itself",
 }
