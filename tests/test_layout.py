@@ -45,7 +45,7 @@ def _kept_for_these_tests_alone() -> Iterator[None]:
     """The trees are millions of objects: no search for cycles goes through them, and later tests do not find them."""
     gc.disable()
     yield
-    for kept in (trees, nodes, named_in):
+    for kept in (trees, nodes, named_in, ends_of):
         kept.cache_clear()
     gc.enable()
 
@@ -121,13 +121,19 @@ def test_what_breaks_either_is_found() -> None:
 _PYTHON_FILE = re.compile(r"(?<![\w./*{}…-])[\w./*{}…-]+?\.py\b")
 
 
+@cache
+def ends_of(known: frozenset[str]) -> frozenset[str]:
+    """What comments may call these files: a/b/c.py is c.py and b/c.py, too."""
+    return frozenset("/".join(path.split("/")[i:]) for path in known for i in range(path.count("/") + 1))
+
+
 def files_not_there(text: str, known: set[str]) -> list[str]:
     """The Python files that a text names, as `name.py` or with the end of their path, and that do not exist.
 
     >>> files_not_there("see b.py, a/b.py and c/b.py; NAME.py is yours", {"x/a/b.py"})
     ['c/b.py']
     """
-    ends = {"/".join(path.split("/")[i:]) for path in known for i in range(path.count("/") + 1)}
+    ends = ends_of(frozenset(known))
     named = (found[0].lstrip("./") for found in _PYTHON_FILE.finditer(text) if not set("*{…") & set(found[0]))
     return [name for name in named if name not in ends and not name.endswith("NAME.py")]
 

@@ -176,14 +176,16 @@ class _Path:
     def _pass(self, cap: np.ndarray, way: int) -> np.ndarray:
         """Squared speeds (m, stations) (forward: speeds) that the accelerations allow, from rest."""
         out = np.zeros_like(cap)
+        by_speed = self.world.weak or self.world.viscous or self.world.axis_accel is not None
         order = range(1, _FINE) if way > 0 else range(_FINE - 2, -1, -1)
         for i in order:
             j = i - way
             ds = abs(self.u[i] - self.u[j]) * self.length
             v = np.sqrt(out[:, j])
             a = self._available(v, way, j)
-            middle = np.sqrt(out[:, j] + a * ds)
-            a = self._available(middle, way, j)
+            if by_speed:
+                middle = np.sqrt(out[:, j] + a * ds)
+                a = self._available(middle, way, j)
             out[:, i] = np.minimum(out[:, j] + 2 * a * ds, cap[:, i] ** 2)
         return np.sqrt(out) if way > 0 else out
 
