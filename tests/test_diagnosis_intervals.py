@@ -185,6 +185,7 @@ def test_ramps_of_constant_acceleration_have_nothing_beside_and_scatter_has_no_l
     assert ramps_of(made.length, made.speed, slow, scattered, np.ones(60, bool)) is None
 
 
+@pytest.mark.slow("0.08-0.3")
 @pytest.mark.parametrize(("simulated", "built"), [(0.08, 0.3), (0.3, 0.08)])
 def test_a_robot_that_builds_up_its_accelerations_otherwise_than_the_simulation_has_a_jerk_alone(
     simulated, built, tmp_path

@@ -61,6 +61,16 @@ def test_a_turn_that_is_written_number_by_number_is_the_turn_of_its_quaternion(t
     assert (target_turn(plan) * Rotation.from_quat([x, y, z, w]).inv()).magnitude() < 1e-6
 
 
+@pytest.mark.slow(
+    *(
+        "p.rot-tp",
+        "p.rot-urscript",
+        "t.tframe.rot-krl",
+        "t.tframe.rot-urscript",
+        "w.oframe.rot-krl",
+        "w.oframe.rot-tp",
+    )
+)
 @pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
 @pytest.mark.parametrize("place", ["p.rot", "t.tframe.rot", "w.oframe.rot"])
 def test_a_turn_that_is_written_number_by_number_is_the_same_elsewhere(place, target):

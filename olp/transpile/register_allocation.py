@@ -44,6 +44,9 @@ class PositionNumbers:
     arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
     numbers: dict[str, int] = field(default_factory=dict)
     taken: dict[ex.Store, set[int]] = field(default_factory=dict)
+    unfree: dict[tuple[ex.Store, int], int] = field(
+        default_factory=dict
+    )  # of so many numbers in a row, none that begins below is free
     # By value and place, and by name those that were never taught: each is taught by itself.
     points: dict[str, dict[tuple[ex.PositionLiteral, Place, str], int]] = field(default_factory=dict)
     names: dict[tuple[str, int], str] = field(
@@ -147,10 +150,12 @@ class PositionNumbers:
             .rstrip("]")
         )
         first, largest = self.registers.first_point, self.work.limits.most_numbered(store)
-        free = (
-            at for at in range(first, first + largest - size + 1) if taken.isdisjoint(range(at, at + size))
-        )
-        start = int(wanted) if wanted.isdecimal() else next(free, first + largest)
+        if wanted.isdecimal():
+            start = int(wanted)
+        else:
+            places = range(self.unfree.get((store, size), first), first + largest - size + 1)
+            free = (at for at in places if taken.isdisjoint(range(at, at + size)))
+            start = self.unfree[store, size] = next(free, first + largest)
         if start + size > first + largest:
             declared = 0 if self._is_fixed(ex.Named(name)) else self.lines.get(name, 0)
             self.beyond[name] = {declared} if declared else self._lines_choosing(name)
