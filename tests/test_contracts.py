@@ -151,7 +151,7 @@ def test_the_robots_of_a_maker_keep_their_contract(maker: str) -> None:
     assert not broken, "\n".join(broken)
 
 
-@pytest.mark.slow("calibrate", "recording from-log", "signature from-totals")
+@pytest.mark.slow("calibrate", "fit", "probe", "recording from-log", "report", "signature from-totals")
 @pytest.mark.parametrize("name", cli.names())
 def test_a_command_keeps_its_contract(name: str) -> None:
     check_command(name, options=1)

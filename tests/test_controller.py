@@ -113,7 +113,7 @@ def steps_of(program: str, model: str = "constant") -> list[Step]:
     return starved(arm(model), PROGRAMS[program])
 
 
-@pytest.mark.slow("short lines that cannot brake in one-linear")
+@pytest.mark.slow("short lines that cannot brake in one-linear", "dense splines-linear")
 @ANY_MODEL
 @ANY_NAME
 def test_the_last_step_ends_when_the_closed_form_ends(program, model):

@@ -48,6 +48,7 @@ def same(first, second) -> bool:
     return first == second or first != first
 
 
+@pytest.mark.slow("rapid/pallet.prg")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_after_any_edits_the_analysis_is_that_of_the_whole_text(name: str) -> None:
     chance = random.Random(name)

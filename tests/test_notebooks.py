@@ -37,6 +37,7 @@ def executed(path: Path) -> list[Any]:
     return values
 
 
+@pytest.mark.slow("diagnose")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_and_shows_something_in_each_cell(
     path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

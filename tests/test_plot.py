@@ -78,6 +78,7 @@ def test_the_phases_are_shaded_where_they_are(timing):
     assert np.array(widths) / sum(widths) == pytest.approx(shares / shares.sum(), abs=0.01)
 
 
+@pytest.mark.slow(".png-51", ".png-54", ".png-57", ".png-63")
 @pytest.mark.parametrize("line", [50, 51, 54, 57, 63, 65])
 @pytest.mark.parametrize("suffix", PICTURES)
 def test_every_kind_of_move_can_be_drawn(timing, line, suffix):

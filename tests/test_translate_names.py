@@ -179,6 +179,7 @@ def sample_files():
     return [f for f in files if "backup" not in f.parts and "broken" not in f.parts]
 
 
+@pytest.mark.slow("FINISH")
 @pytest.mark.parametrize("path", sample_files(), ids=lambda path: path.stem)
 def test_no_sample_is_written_with_a_name_that_nothing_declares(path, tmp_path):
     program = link(read_file(path)).program
