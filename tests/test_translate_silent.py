@@ -4370,3 +4370,21 @@ def test_where_a_point_of_no_file_is_to_be_taught_says_with_which_tool_and_in_wh
         "teach what no file here declares, or copy its values"
     ]
     assert list(asks) == [f"XP1 ({shown})", f"XP2 ({shown})"]
+
+
+@pytest.mark.parametrize(
+    ("text", "vendor", "asks"),
+    [
+        (tp("L PR[1] 200mm/sec FINE"), "tp", True),
+        (tp("UFRAME_NUM=1", "UTOOL_NUM=1", "L PR[1] 200mm/sec FINE"), "tp", False),
+        (krl(*HOME[1:], *poses((900, 0, 400))), "krl", True),
+        (krl(*HOME, *poses((900, 0, 400))), "krl", False),
+        (krl("PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}"), "krl", False),
+        (script("movel(p[0.4,0.1,0.3,0,3.14,0], a=1, v=1)"), "urscript", False),
+        (module("MoveL p1,v100,fine,tool0;", data=TARGETS), "rapid", False),
+    ],
+)
+def test_the_receipt_asks_for_a_frame_that_the_program_leaves_to_its_caller(text, vendor, asks):
+    """A listing that is called moves in the frame of its caller, and not in the base."""
+    made = converted(text, vendor, "inform" if vendor == "tp" else "tp")
+    assert any("which frame was active" in says for says in made.translated.asks) is asks

@@ -777,6 +777,9 @@ def read_by(s: st.Statement) -> Iterator[ex.Variable]:
 
 def taught_frames(program: st.Program, work: TranslationContext) -> st.Program:
     """Says of positions that have to be taught with which tool and in which frame the moves take them."""
+    axes = {
+        d.name for d in (*program.data, *(d for r in program.routines for d in r.data)) if d.type == "joints"
+    }
     for says in (TEACH, _TEACH_REGISTERS, TEACH_UNDECLARED):
         labels = work.asks.get(says)
         if labels is None:
@@ -788,6 +791,8 @@ def taught_frames(program: st.Program, work: TranslationContext) -> st.Program:
                     if type(e) is ex.Item and not (
                         type(e.base) is ex.Named and type(e.indices[0]) is ex.Number
                     ):
+                        continue
+                    if isinstance(e, ex.Named) and e.name in axes:
                         continue
                     if isinstance(e, (ex.Named, ex.Item)) and (label := label_of(e)) in found:
                         shown = _shown_frame(s.tool), _shown_frame(s.frame)

@@ -22,7 +22,7 @@ from olp.transpile.context import LOST, SET_BACK, Fate, TranslationContext
 from olp.transpile.current_position import HERE, UNSEEN, System, read_here, solves
 from olp.transpile.first_values import behind_declarations
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
-from olp.transpile.symbols import LITERALS, Symbols
+from olp.transpile.symbols import LITERALS, Symbols, kind_of_value
 
 _MODAL: Final = (st.SetSpeed, st.SetAcceleration, st.SetBlend, st.SetTool, st.SetFrame, st.SetOverride)
 # What a variable that holds a modal value counts in, SI per unit.
@@ -63,6 +63,7 @@ _NEVER: Final[Values] = frozenset({UNSET})
 _NO_KEYS: Final[Mapping[Key, object]] = {}
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
 _UNSET_TOOL: Final = "see which tool was active where the program chooses none (the flange is written)"
+_UNSET_FRAME: Final = "see which frame was active where the program chooses none (the base is written)"
 _CALLED = {_LAST: "speed", _TURN: "turning speed", _RATE: "acceleration"}
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
@@ -120,6 +121,7 @@ class _Modal:
     last: System = UNSEEN  # of the move before, in the order of writing
     bounded: bool = False  # whether any override says how fast the tool is at most
     unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
+    unset_frame: str | None = None  # and the frame
     used: set[int] = field(default_factory=set)  # definitions that a statement takes its value from
 
     # --- definitions ------------------------------------------------------------------------------------
@@ -313,6 +315,8 @@ class _Modal:
         self.last = (changes.get("tool", s.tool), changes.get("frame", s.frame))
         if self.unset_tool is not None and changes.get("tool") is _FLANGE:
             self.work.ask(self.unset_tool, self.routine or "the program")
+        if self.unset_frame is not None and changes.get("frame") is _BASE and not self._is_of_axes(s):
+            self.work.ask(self.unset_frame, self.routine or "the program")
         for which in ("tool", "frame"):
             if _lost(changes.get(which)):
                 self._lose(s, which, changes[which])
@@ -368,6 +372,13 @@ class _Modal:
             if type(size.written) is Number:
                 self.sized[(blend, id(size))] = known  # which keeps the size, and so its id
         return known
+
+    def _is_of_axes(self, s: st.Move) -> bool:
+        """Whether a move goes to axis values, to which no frame matters."""
+        target = s.targets[0] if s.targets else None
+        if isinstance(target, PositionLiteral):
+            return target.kind == "joint"
+        return target is not None and kind_of_value(self.symbols, self.routine, target) == "joints"
 
     def _bound(self, s: st.Move, changes: dict[str, Any]) -> None:
         """A speed that is no faster than the largest one, which holds behind the override."""
@@ -430,6 +441,8 @@ class _Modal:
                 return s
         if self.unset_tool is not None and tool is _FLANGE:
             self.work.ask(self.unset_tool, self.routine or "the program")
+        if self.unset_frame is not None and frame is _BASE:
+            self.work.ask(self.unset_frame, self.routine or "the program")
         return read_here(s, (tool, frame), self.last, self.work)
 
     def _lose(self, s: st.Statement, which: str, lost: Any) -> None:
@@ -773,6 +786,8 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
     own.note_numbers()
     own.bounded = any(type(s) is st.SetOverride and s.fastest is not None for s in program.statements())
     own.unset_tool = _UNSET_TOOL if _chooses_by_statement(program.vendor) else None
+    chooses = own.unset_tool is not None and not limits_of(program.vendor).pose_functions
+    own.unset_frame = _UNSET_FRAME if chooses else None
     kinds = _MODAL_KINDS | {st.Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
