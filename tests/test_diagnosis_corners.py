@@ -22,6 +22,7 @@ from olp.timing.physics._motion import Motion, MoveCorners
 from olp.timing.physics.term import Form, TermParameter
 
 A, NOISE = planted.ACCELERATION, 0.001
+RATE, RAMP = 1.7, 4.0  # [rad/s], [rad/s²] of the tool
 
 
 def programmed(seed=5, moves=110):
@@ -270,39 +271,61 @@ def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, 
     assert case.take(rows).base.duration() == pytest.approx(case.base.duration()[rows])
 
 
-def half_of_a_parabola(turn, steps=4000):
-    """Length of a parabola from a corner's edge to its peak, and its radius there, over the rounding: by points."""
-    t = np.linspace(0.0, 0.5, steps + 1)[:, None]
-    x = -((1 - t) ** 2) + t**2 * np.cos(turn)  # from (-1, 0) over (0, 0), towards the turned line
-    y = t**2 * np.sin(turn)
-    along = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0))
-    before, after = (np.arctan2(np.diff(y, axis=0)[k], np.diff(x, axis=0)[k]) for k in (-2, -1))
-    return along.sum(axis=0), 0.5 * (along[-2] + along[-1]) / (after - before)
+def half_of_a_parabola(turn, steps=400):
+    """Steps of a parabola from its peak on, and the radius at each, over the rounding: by the formula of points."""
+    t = np.linspace(0.5, 1.0, steps + 1)
+    first = 2 * np.stack([(1 - t) + t * np.cos(turn), t * np.sin(turn)])
+    second = 2 * np.array([np.cos(turn) - 1, np.sin(turn)])
+    radius = np.hypot(*first) ** 3 / np.abs(first[0] * second[1] - first[1] * second[0])
+    points = np.stack([-((1 - t) ** 2) + t**2 * np.cos(turn), t**2 * np.sin(turn)])
+    return np.hypot(*np.diff(points, axis=1)), 0.5 * (radius[1:] + radius[:-1])
 
 
-def through_arcs(made, slow=A, law="arc"):
-    """[s] at one acceleration, along the way and across it: through corners at the speed of the arc or the parabola
-    that touches both lines; forward and backward over the run, the speed between two corners has a closed form."""
-    way = made.end - made.start
-    unit, length = way / made.length[:, None], made.length.copy()
-    turn = np.arccos(np.clip(np.sum(unit[:-1] * unit[1:], axis=1), -1, 1))
-    rounding = np.minimum(made.blend, 0.5 * shorter(made))[:-1]
-    radius = rounding / np.tan(turn / 2)
-    if law == "parabola":
-        half, peak = half_of_a_parabola(turn)
-        radius = rounding * peak
-        length[:-1] -= rounding * (1 - half)
-        length[1:] -= rounding * (1 - half)
-    corner = np.minimum(np.sqrt(slow * radius), np.minimum(made.speed[:-1], made.speed[1:]))
-    corner = np.concatenate([[0.0], np.where(made.stop[:-1], 0.0, corner), [0.0]])
-    for k in range(len(way)):
-        corner[k + 1] = min(corner[k + 1], np.sqrt(corner[k] ** 2 + 2 * slow * length[k]))
-    for k in range(len(way) - 1, -1, -1):
-        corner[k] = min(corner[k], np.sqrt(corner[k + 1] ** 2 + 2 * slow * length[k]))
-    first, last = corner[:-1], corner[1:]
-    fast = np.minimum(made.speed, np.sqrt(slow * length + 0.5 * (first**2 + last**2)))
-    ramps = (2 * fast**2 - first**2 - last**2) / (2 * slow)
-    return (2 * fast - first - last) / slow + (length - ramps) / fast
+def looking_ahead(pieces):
+    """[s] of each move that is a list of steps [m], with the highest speed [m/s], the acceleration [m/s²] in each and
+    the highest speed at its end: forward and backward over the run, step by step; within one in closed form."""
+    step, fast, slow, end, of = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    node = np.concatenate([[0.0], np.minimum(np.minimum(fast, np.append(fast[1:], 0.0)), end)])
+    for k in range(len(step)):
+        node[k + 1] = min(node[k + 1], np.sqrt(node[k] ** 2 + 2 * slow[k] * step[k]))
+    for k in range(len(step) - 1, -1, -1):
+        node[k] = min(node[k], np.sqrt(node[k + 1] ** 2 + 2 * slow[k] * step[k]))
+    first, last = node[:-1], node[1:]
+    top = np.minimum(fast, np.sqrt(slow * step + 0.5 * (first**2 + last**2)))
+    top = np.maximum(top, np.maximum(first, last))
+    rest = step - (2 * top**2 - first**2 - last**2) / (2 * slow)
+    return np.bincount(of, (2 * top - first - last) / slow + np.maximum(rest, 0.0) / top)
+
+
+def through_arcs(made, slow=A, law="arc", per_turn=None):
+    """[s] at one acceleration, along the way and across it: through corners at the speed of the arc that touches both
+    lines at its rounding, as if on the lines; or along the parabola that does, nowhere faster than its radius lets. Way
+    `per_turn` (n,) [m/rad] of the tool: it turns at RATE and RAMP at most."""
+    speeds, ramps = made.speed, np.full(len(made.length), slow)
+    if per_turn is not None:
+        speeds, ramps = np.minimum(speeds, RATE * per_turn), np.minimum(ramps, RAMP * per_turn)
+    unit = (made.end - made.start) / made.length[:, None]
+    turns = np.arccos(np.clip(np.sum(unit[:-1] * unit[1:], axis=1), -1, 1))
+    roundings = np.minimum(made.blend, 0.5 * shorter(made))
+
+    def half(corner):
+        """Steps from the corner on, how fast they are, and what they take off the line."""
+        if not 0 <= corner < len(turns) or made.stop[corner]:
+            return [], [], 0.0
+        turn, rounding = turns[corner], roundings[corner]
+        if law == "arc":
+            return [1e-9], [np.sqrt(slow * rounding / np.tan(turn / 2))], 0.0
+        steps, radius = half_of_a_parabola(turn)
+        return rounding * steps, np.sqrt(slow * rounding * radius), rounding
+
+    pieces = []
+    for k, (length, speed) in enumerate(zip(made.length, speeds, strict=True)):
+        (before, slow_before, cut), (after, slow_after, last) = half(k - 1), half(k)
+        steps = np.concatenate([before, [length - cut - last], after[::-1]])
+        fast = np.minimum(np.concatenate([slow_before, [speed], slow_after[::-1]]), speed)
+        end = np.append(np.full(len(steps) - 1, np.inf), 0.0 if made.stop[k] else np.inf)
+        pieces.append((steps, fast, np.full(len(steps), ramps[k]), end, np.full(len(steps), k)))
+    return looking_ahead(pieces)
 
 
 @pytest.mark.parametrize("law", ["arc", "parabola"])
@@ -317,6 +340,46 @@ def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop,
     assert case.base.law == law
     assert case.base.overlap * np.median(case.base.accelerate) == pytest.approx(A, rel=0.02)
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
+
+
+@pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
+def test_limits_of_the_tools_turn_are_told_where_corners_are_rounded(drop, tmp_path):
+    """Law of corners and limits of the turn hang on each other; corners are passed as if the tool did not turn."""
+    made, rng = programmed()
+    made.stop = np.arange(len(made.length)) % 20 == 19
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02, 0.05], len(made.length)))
+    turn = np.where(rng.random(len(made.length)) < 0.5, rng.uniform(0.2, 2.9, len(made.length)), 0.0)
+    names = [f"r{axis}_{end}_deg" for end in ("start", "end") for axis in "xyz"]
+    made.more = {name: np.zeros(len(turn)) for name in names}
+    made.more["rz_end_deg"] = np.degrees(turn)
+    per_turn = np.where(turn > 0, made.length / np.where(turn > 0, turn, 1.0), np.inf)
+    sim = through_arcs(made, law="parabola", per_turn=per_turn)
+    assert np.sum(np.abs(sim - through_arcs(made, law="parabola")) > 0.02) > 20
+    making = case_of(recorded(tmp_path, made, sim, sim, rng, drop))
+    assert making.case.base.law == "parabola"
+    (note,) = (note for note in making.notes if "turns the tool" in note)
+    told = [float(word) for word in note.split() if word[0].isdigit()]
+    assert told == pytest.approx(np.degrees([RATE, RAMP]), rel=0.05)
+    assert np.abs(making.case.base.duration() - sim).mean() < 1e-3
+
+
+def test_a_move_that_is_recorded_twice_is_rounded_into_the_next_as_if_it_were_recorded_once(tmp_path):
+    """Its second row seemed to begin at a stop behind a jump, and its first to end in one."""
+    made, rng = programmed()
+    sim = driven(made) - booked(0.5 * braked(made), 0.5)
+    recording = recorded(tmp_path, made, sim, sim, rng)
+    table = tmp_path / "recording" / "moves.csv"
+    head, *rows = table.read_text().splitlines()
+    rounded = np.flatnonzero(~made.stop)[[3, 20, 21]]
+    again = [row for k, row in enumerate(rows) for _ in range(1 + (k in rounded))]
+    numbered = [",".join([str(k), *row.split(",")[1:]]) for k, row in enumerate(again)]
+    table.write_text("\n".join([head, *numbered]) + "\n")
+    once, twice = (case_of(one).case.base for one in (recording, read_recording(tmp_path / "recording")))
+    place = np.repeat(np.arange(len(rows)), 1 + np.isin(np.arange(len(rows)), rounded))
+    assert len(place) == len(rows) + 3
+    np.testing.assert_allclose(twice.duration(), once.duration()[place], atol=1e-4)
+    np.testing.assert_allclose(twice.round_end, once.round_end[place])
+    np.testing.assert_allclose(twice.round_start, once.round_start[place])
 
 
 def test_accelerations_of_a_simulation_are_told_where_every_move_meets_a_rounded_corner(tmp_path):

@@ -113,13 +113,14 @@ def leads(case: MeasuredMoves, axis: int) -> NDArray[np.bool_]:
 
 
 def acceleration(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """T = L/v + v/(k a): k times the acceleration, or the acceleration itself where all moves have one."""
+    """T = L/v + v/(k a): k times the acceleration, or the acceleration itself where all moves have one. Along the way:
+    not of the planned ones at corners."""
     absolute = form.parameters[0].unit != "1"
     k = values[0] / np.median((case.base.accelerate / case.ratio)[case.moving]) if absolute else values[0]
     about = case.joint & case.moving & leads(case, form.axis) if form.axis >= 0 else np.ones(len(case), bool)
     k = np.where(about, k, 1.0)
-    planned = {name: getattr(case.base, name) * k for name in ("open_start", "open_end")}
-    return {**both(case, k), **planned}
+    corners = () if form.key == "along the way" else ("open_start", "open_end")
+    return {**both(case, k), **{name: getattr(case.base, name) * k for name in corners}}
 
 
 def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:

@@ -137,8 +137,13 @@ def other_cases() -> tuple[tuple[str, MeasuredMoves], ...]:
             ),
         ),
         (
-            "with one acceleration, no robot",
-            replace(plain, base=plain.base.with_(accelerate=even, decelerate=even), rates=None, derived={}),
+            "with one acceleration, no robot, whose simulation looks ahead at corners",
+            replace(
+                plain,
+                base=plain.base.with_(accelerate=even, decelerate=even, law="parabola"),
+                rates=None,
+                derived={},
+            ),
         ),
         ("of joint moves alone", joints),
         (

@@ -36,6 +36,7 @@ from olp.identification.diagnosis.simulation_laws import (
     trapezoid,
     tuned,
     turning_limits,
+    turning_limits_at_corners,
 )
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.runtime.folder import DEFAULT_ZONES
@@ -65,6 +66,8 @@ _CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners 
 _NEARER = 0.25  # times what a plainer law of ramps is off: so near another one has to come
 # [s] that lines are off: less is not worth a search among times in which accelerations build up, which takes 10 s.
 _WORTH_A_SEARCH = 1e-3
+_IN_TURN = 3  # times that corners and limits of the tool's turn tell each other
+_NEARER_IN_TURN = 0.7  # times what the last ones are off: less is no other law
 _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
 # near it has to come where the acceleration is not told anew.
@@ -89,6 +92,7 @@ class MoveEnds(NamedTuple):
     start: Mask  # begins at an exact stop
     end: Mask  # ends in one
     before: Rows  # row of the move that each goes on from, -1 for none
+    twice: Mask  # rows that record the move of the row before once more
     other: MoveEnds | None = None  # where the last moves of cycles, if rounded, end otherwise; None: none is
 
     def rounded_from(self, blend: Floats) -> Floats:
@@ -187,14 +191,15 @@ def _case(
     moving = moves.kind[rows] != WAIT
     if judged is None:
         base = _as_written(pace, rows, moving, ends, blend)
-        base = _opened(base, moves, rows, ends.before)
-        base, stretch = base.with_(corners=_corners(moves, pace, rows, ends.before, base.accelerate)), 1.0
+        base = _opened(base, moves, rows, ends, base.accelerate)
+        corners = _corners(moves, pace, rows, ends.before, base.speed, base.accelerate)
+        base, stretch = base.with_(corners=corners), 1.0
     else:
         asked = _Judged(moves, rows, pace, judged, ends, blend, floor.resolution)
         ends, made = _simulated_ends(asked)
         base, stretch = made.motion, made.stretch
         notes.extend(made.notes)
-    stop_start, stop_end, before, _ = ends
+    stop_start, stop_end, before, *_ = ends
     blend_start = ends.rounded_from(blend)
     simulated = base.duration() if judged is None else judged.duration[rows]
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
@@ -317,7 +322,7 @@ def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple
 def _beside(moves: RecordedMoves, joint: Mask) -> Mask:
     """The other moves (n,) that meet a joint one at a rounded corner, whose time hangs on the ramps of both."""
     unknown = np.full(len(moves), np.nan)
-    start, _, before, _ = _ends(moves, unknown, unknown)
+    start, _, before, *_ = _ends(moves, unknown, unknown)
     meets = ~start & (before >= 0) & (joint | joint[before])
     meets[before[meets]] = True
     return np.asarray(meets & ~joint)
@@ -548,6 +553,8 @@ def _base(judged: _Judged) -> _SimulatedMotion:
             other = _built_up(whole, known, simulated.lines)
             best = other if other.off < _NEARER * best.off else best
     if best.everywhere > _CORNERS_RIGHT and not times.own:
+        best = _turned_at_corners(whole, best, judged, simulated)
+    if best.everywhere > _CORNERS_RIGHT and not times.own:
         beside = best.turning if best.turning.told else _beside_rated(simulated, pace, rows)
         laws = [law for law in beside.with_one_time() if law != best.turning]
         tried = [whole(best.straight, turning=law) for law in laws]
@@ -592,6 +599,30 @@ def _built_up(
     if tried[build] >= _NEAR_BUILT * known.off:
         return known
     return whole(SimulatedRamps(build=build), by_corners=True)
+
+
+def _turned_at_corners(
+    whole: Callable[..., _SimulatedMotion], best: _SimulatedMotion, judged: _Judged, simulated: _SimulatedRows
+) -> _SimulatedMotion:
+    """The motion of a simulation that limits how fast lines with rounded corners turn the tool, or the `best` without.
+
+    Law of corners and limits hang on each other: each is told by what the other is, in turn.
+    """
+    turning = simulated.rounded & (simulated.turn > TURNS)
+    if not turning.any():
+        return best
+    partners, sim = _partners(judged.rows, judged.ends.before), judged.times.duration[judged.rows]
+    free = best.motion
+    for _ in range(_IN_TURN):
+        limits = turning_limits_at_corners(free, best.motion, partners, simulated.turn, turning, sim)
+        if limits is None:
+            return best
+        tried = [whole(best.straight, by_corners=by, limits=limits) for by in (False, True)]
+        other = min(tried, key=lambda made: made.everywhere)
+        if other.everywhere >= _NEARER_IN_TURN * best.everywhere:
+            return best
+        best = other
+    return best
 
 
 def _beside_rated(simulated: _SimulatedRows, pace: _Pace, rows: Rows) -> SimulatedRamps:
@@ -683,10 +714,12 @@ def _by_law(
     by_corners: bool = False,
     turning: SimulatedRamps | None = None,
     above: float = 0.0,
+    limits: tuple[float, float] | None = None,
 ) -> _SimulatedMotion:
     """With a law of the ramps of straight moves, and one of joint moves; None: as those between stops tell it.
     `by_corners`: rounded corners tell times beside the ramps, and the accelerations that neither moves nor the law say,
-    by lines that are as fast as `above` [m/s]."""
+    by lines that are as fast as `above` [m/s]. `limits` [rad/s], [rad/s²]: of the tool's turn in lines, else
+    those that lines between stops tell."""
     moves, rows, pace, times, ends, blend, _ = judged
     way, speed, slow, sim, start, end, moving, joint, waits, _ = simulated
     plain, lines, notes = simulated.plain, simulated.lines, list[str]()
@@ -715,12 +748,18 @@ def _by_law(
     missing = ~np.isfinite(slow) | (joint & (pace.axes is None))
     stopped = np.where(moving & (waits | stopping), np.where(joint, turning.stop, straight.stop), 0.0)
     slow = np.where(lines, stronger * slow, slow)
-    speed, slow, says = _no_faster_than_the_tool_turns(
-        judged, simulated._replace(speed=speed, slow=slow), sim - stopped, straight
-    )
-    notes.extend(says)
     simulated = simulated._replace(speed=speed, slow=slow, sim=sim - stopped)
-    slow = _accelerations(judged, simulated, missing, straight, turning)
+    limits = limits or _limits_of_the_turn(judged, simulated, straight)
+    if limits is not None:
+        rate, ramp = np.degrees(limits)
+        says = f"the simulation turns the tool at {rate:.4g} deg/s and {ramp:.4g} deg/s² at most"
+        notes.append(f"{says}: findings are relative to that")
+    turned = _no_faster_than_the_tool_turns(simulated, limits)
+    slow = _accelerations(judged, turned, missing, straight, turning)
+    # Limits of the turn are none of corners.
+    across = np.where(turned.slow < simulated.slow, simulated.slow, slow)
+    simulated, slow = turned, _no_faster_than_the_tool_turns(turned._replace(slow=slow), limits).slow
+    speed = turned.speed
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
@@ -732,14 +771,16 @@ def _by_law(
     beside = np.zeros(len(rows))
     if (by_corners and simulated.rounded.any()) or told_by_none:
         fast = lines & (speed >= above)
-        telling = fast if fast.sum() >= FEWEST else lines
-        slow, beside = _by_corners_of_lines(
-            judged, simulated, whole, slow, telling, bool(missing[lines].all())
+        steady = fast & (simulated.turn <= TURNS) if limits is not None else fast
+        telling = next((some for some in (steady, fast) if some.sum() >= FEWEST), lines)
+        across, beside = _by_corners_of_lines(
+            judged, simulated, whole, across, telling, bool(missing[lines].all())
         )
         of_lines = np.where(lines, beside, 0.0)
         simulated, stopped = simulated._replace(sim=simulated.sim - of_lines), stopped + of_lines
+        slow = _no_faster_than_the_tool_turns(simulated._replace(slow=across), limits).slow
         whole = whole.with_(accelerate=slow, decelerate=slow)
-    found, more = _cornered(judged, simulated, whole, missing, np.where(joint, beside, 0.0))
+    found, more = _cornered(judged, simulated, whole, across, missing, np.where(joint, beside, 0.0))
     simulated, stopped = simulated._replace(sim=simulated.sim - more), stopped + more
     off = np.abs(found.duration() - simulated.sim)
     at_lines, everywhere = (
@@ -753,26 +794,30 @@ def _by_law(
     return _SimulatedMotion(found, stretch, at_lines, everywhere, straight, turning, tuple(notes))
 
 
+def _limits_of_the_turn(
+    judged: _Judged, simulated: _SimulatedRows, law: SimulatedRamps
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and acceleration [rad/s²] of the tool's turn that lines between stops tell, if any do."""
+    if judged.times.own or not simulated.turn.any():
+        return None
+    way, speed, slow, sim = simulated[:4]
+    asked = simulated.plain & np.isfinite(slow)
+    return turning_limits(way, speed, slow, simulated.turn, sim, asked, law)
+
+
 def _no_faster_than_the_tool_turns(
-    judged: _Judged, simulated: _SimulatedRows, sim: Floats, law: SimulatedRamps
-) -> tuple[Floats, Floats, tuple[str, ...]]:
-    """Speeds (n,) [m/s | rad/s] and accelerations (n,) of lines whose tool turns as far as their simulated times, `sim`
-    (n,) [s] without what stops take, say that it may; and what is told of that."""
-    way, speed, slow, turn = simulated.way, simulated.speed, simulated.slow, simulated.turn
-    if judged.times.own or not turn.any():
-        return speed, slow, ()
-    found = turning_limits(way, speed, slow, turn, sim, simulated.plain & np.isfinite(slow), law)
-    if found is None:
-        return speed, slow, ()
-    turns = simulated.lines & (turn > 0)
-    per_turn = way / np.where(turns, turn, 1.0)
+    simulated: _SimulatedRows, limits: tuple[float, float] | None
+) -> _SimulatedRows:
+    """The rows whose lines are as slow as `limits` [rad/s], [rad/s²] of the tool's turn, if there are any, let them."""
+    if limits is None:
+        return simulated
+    turns = simulated.lines & (simulated.turn > 0)
+    per_turn = simulated.way / np.where(turns, simulated.turn, 1.0)
     speed, slow = (
         np.where(turns, np.minimum(own, limit * per_turn), own)
-        for own, limit in zip((speed, slow), found, strict=True)
+        for own, limit in zip((simulated.speed, simulated.slow), limits, strict=True)
     )
-    rate, ramp = np.degrees(found)
-    says = f"the simulation turns the tool at {rate:.4g} deg/s and {ramp:.4g} deg/s² at most"
-    return speed, slow, (f"{says}: findings are relative to that",)
+    return simulated._replace(speed=speed, slow=slow)
 
 
 def _accelerations(
@@ -804,15 +849,15 @@ def _by_corners_of_lines(
     moves, rows, pace, _, ends, *_ = judged
     lines, start, end = simulated.lines, simulated.start, simulated.end
     ramps = np.where(lines & alone, 1.0, slow)
-    alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends.before)
-    alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, ramps))
+    alike = _opened(whole.with_(accelerate=ramps, decelerate=ramps), moves, rows, ends, ramps)
+    alike = alike.with_(corners=_corners(moves, pace, rows, ends.before, whole.speed, ramps))
     alike = alike.take(np.flatnonzero(telling))
     told = told_at_corners(alike, simulated.sim[telling], start[telling], end[telling], not alone)
     return np.where(lines, told.slow * ramps, slow), np.where(simulated.moving, told.beside(start, end), 0.0)
 
 
 def _cornered(
-    judged: _Judged, simulated: _SimulatedRows, whole: Motion, missing: Mask, beside: Floats
+    judged: _Judged, simulated: _SimulatedRows, whole: Motion, across: Floats, missing: Mask, beside: Floats
 ) -> tuple[Motion, Floats]:
     """The motion with the law of corners that comes nearest to the simulated times, and (n,) [s] that joint moves take
     beside it. What no move between stops tells of joint moves whose accelerations are `missing` (n,), the law of the
@@ -822,8 +867,8 @@ def _cornered(
     joint, sim = simulated.joint, simulated.sim
     plain = joint & simulated.start & simulated.end
     unknown = joint & missing & ~plain.any() & (simulated.rounded.sum() >= FEWEST)
-    whole = _opened(whole, moves, rows, ends.before)
-    whole = whole.with_(corners=_corners(moves, pace, rows, ends.before, whole.accelerate))
+    whole = _opened(whole, moves, rows, ends, across)
+    whole = whole.with_(corners=_corners(moves, pace, rows, ends.before, whole.speed, whole.accelerate))
     found, shared = cornered(whole, sim, ~unknown), _by_share_of_the_way(whole, pace, rows, ends.before)
     if shared is not None:
         found = nearer_at_corners(found, cornered(shared, sim, ~unknown), sim, ~unknown)
@@ -889,20 +934,23 @@ def _as_written(pace: _Pace, rows: Rows, moving: Mask, ends: MoveEnds, blend: Fl
     )
 
 
-def _corners(moves: RecordedMoves, pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:
-    """What the corners of the rows hang on; a neighbour of unknown acceleration brakes as the move itself does."""
-    everywhere = pace.acceleration.copy()
-    everywhere[rows] = slow
+def _corners(
+    moves: RecordedMoves, pace: _Pace, rows: Rows, before: Rows, fast: Floats, slow: Floats
+) -> MoveCorners:
+    """What the corners of the rows, of speeds `fast` (n,) and accelerations `slow` (n,), hang on; a neighbour of
+    unknown acceleration brakes as the move itself does."""
+    everywhere, speeds = pace.acceleration.copy(), pace.speed.copy()
+    everywhere[rows], speeds[rows] = slow, fast
     last = before[rows]
-    has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(pace.speed[last]) & (pace.way[last] > 0)
-    way, speed = (np.where(has, values[last], values[rows]) for values in (pace.way, pace.speed))
+    has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(speeds[last]) & (pace.way[last] > 0)
+    way, speed = (np.where(has, values[last], values[rows]) for values in (pace.way, speeds))
     ratio = everywhere[last] / slow
     after = np.full(len(pace.way), -1)
     after[before[before >= 0]] = np.nonzero(before >= 0)[0]
     following = after[rows]
     goes_on = (following >= 0) & np.isfinite(pace.way[following])
     next_way = np.where(goes_on, pace.way[following], np.inf)
-    runs = goes_on & np.isfinite(pace.speed[following]) & (pace.way[following] > 0)
+    runs = goes_on & np.isfinite(speeds[following]) & (pace.way[following] > 0)
     next_ratio = everywhere[following] / slow
     turns = np.where(moves.kind == JOINT, 1.0, 0.0)
     return MoveCorners(
@@ -912,7 +960,7 @@ def _corners(moves: RecordedMoves, pace: _Pace, rows: Rows, before: Rows, slow: 
         np.minimum(way, pace.way[rows]),
         np.minimum(pace.way[rows], next_way),
         np.where(runs, next_way, pace.way[rows]),
-        np.where(runs, pace.speed[following], pace.speed[rows]),
+        np.where(runs, speeds[following], speeds[rows]),
         np.where(runs & np.isfinite(next_ratio), next_ratio, 1.0),
         turns[rows],
         turns[np.where(has, last, rows)],
@@ -1034,7 +1082,8 @@ def _ends(moves: RecordedMoves, speed: Floats, late: Floats) -> MoveEnds:
     goes_on = (same_job | np.isfinite(gap)) & ~(np.nan_to_num(gap) > _NEAR * 10)
     goes_on[:1] = False
     again = np.concatenate([[False], moves.cycle[1:] != moves.cycle[:-1]])
-    found = [_ends_where(moves, written, goes_on & asked) for asked in (~again, np.ones_like(again))]
+    twice = _recorded_twice(moves, goes_on)
+    found = [_ends_where(moves, written, goes_on & asked, twice) for asked in (~again, np.ones_like(again))]
     if not (goes_on & again & ~np.append(True, written[:-1])).any():
         return found[0]
     if _rounded_into_the_next(moves, speed, late, goes_on, again):
@@ -1042,14 +1091,32 @@ def _ends(moves: RecordedMoves, speed: Floats, late: Floats) -> MoveEnds:
     return found[0]._replace(other=found[1])
 
 
-def _ends_where(moves: RecordedMoves, written: Mask, goes_on: Mask) -> MoveEnds:
-    """Of moves that end in a `written` stop, or else round into the next where that `goes_on` (n,) from them."""
-    stop_start = ~goes_on
-    stop_start[1:] |= written[:-1]
+def _recorded_twice(moves: RecordedMoves, goes_on: Mask) -> Mask:
+    """(n,) Rows that record the move of the row before once more: same line, same points, and nothing leads back."""
+    same = ~goes_on & (moves.kind != WAIT)
+    same[:1] = False
+    points = np.hstack([moves.start, moves.end, moves.joints_start, moves.joints_end])
+    told = np.column_stack([points, moves.kind, moves.line, moves.cycle, moves.speed, moves.sim])
+    same[1:] &= ((told[1:] == told[:-1]) | np.isnan(told[1:] + told[:-1])).all(axis=1)
+    same[1:] &= np.array([a == b for a, b in zip(moves.job[:-1], moves.job[1:], strict=True)], dtype=bool)
+    return np.asarray(same, dtype=bool)
+
+
+def _ends_where(moves: RecordedMoves, written: Mask, goes_on: Mask, twice: Mask) -> MoveEnds:
+    """Of moves that end in a `written` stop, or else round into the next where that `goes_on` (n,) from them; rows that
+    are recorded `twice` (n,) begin as the row before does, and that ends as they do."""
+    start = ~goes_on
+    start[1:] |= written[:-1]
     # The last move before a jump or the file's end has nothing to round into.
     follows = np.zeros(len(moves), dtype=bool)
     follows[:-1] = goes_on[1:] & (moves.kind[1:] != WAIT)
-    return MoveEnds(stop_start, written | ~follows, np.where(stop_start, -1, np.arange(len(moves)) - 1))
+    end, before = written | ~follows, np.where(start, -1, np.arange(len(moves)) - 1)
+    again = np.flatnonzero(twice)
+    for row in again:
+        start[row], before[row] = start[row - 1], before[row - 1]
+    for row in again[::-1]:
+        end[row - 1] = end[row]
+    return MoveEnds(start, end, before, twice)
 
 
 def _rounded_into_the_next(
@@ -1141,19 +1208,22 @@ def _corner(moves: RecordedMoves) -> Floats:
     return angle
 
 
-def _opened(motion: Motion, moves: RecordedMoves, rows: Rows, before: Rows) -> Motion:
+def _opened(motion: Motion, moves: RecordedMoves, rows: Rows, ends: MoveEnds, across: Floats) -> Motion:
     """The motion with its corners' openness: the radius of the arc that touches both moves, over the rounding, times
-    the acceleration; an arc of the rounding's own radius where one of both is no line. And by how much lines turn."""
+    the acceleration `across` (n,) the way; an arc of the rounding's own radius where one of both is no line. And by how
+    much lines turn."""
     angle = _corner(moves)
     line = moves.kind == LINEAR
     both = line & np.append(line[1:], False) & np.isfinite(angle)
     open_ = np.where(both, np.minimum(1.0 / np.tan(np.clip(angle, 1e-6, np.pi) / 2.0), _STRAIGHT_ON), 1.0)
-    last = before[rows]
-    at_start = np.where(last >= 0, open_[last], 1.0)
     bend = np.where(both, angle, 0.0)
+    for row in np.flatnonzero(ends.twice)[::-1]:
+        open_[row - 1], bend[row - 1] = open_[row], bend[row]
+    last = ends.before[rows]
+    at_start = np.where(last >= 0, open_[last], 1.0)
     return motion.with_(
-        open_start=at_start * motion.accelerate,
-        open_end=open_[rows] * motion.accelerate,
+        open_start=at_start * across,
+        open_end=open_[rows] * across,
         bend_start=np.where(last >= 0, bend[last], 0.0),
         bend_end=bend[rows],
     )

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from olp.timing.physics._case import CornerPartners
 from olp.timing.physics._motion import ARCS, EACH, Motion
 
 Floats = NDArray[np.float64]
@@ -373,6 +374,39 @@ def turning_limits(
     best = min(tried, key=lambda one: float(one.cost))
     if float(np.abs(off(best.x)).mean()) > _TURNED_RIGHT:
         return None
+    return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+
+
+def turning_limits_at_corners(
+    free: Motion,
+    motion: Motion,
+    partners: CornerPartners | None,
+    turn: Floats,
+    turning: Mask,
+    sim: Floats,
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and acceleration [rad/s²] of the turns `turn` (n,) [rad] of the tool with which the lines `turning`
+    (n,) come nearest to the simulated times `sim` (n,) [s], by the law of corners of `motion`; None where too few turn.
+    `free`: the motion without limits."""
+    way = motion.way
+    longer = turning & (sim > free.duration() + _SIM_DIGITS)
+    if len(np.unique(np.round(np.stack([turn, sim])[:, longer], 4), axis=1).T) < _TELLING:
+        return None
+    per_turn = np.where(turn > TURNS, way / np.where(turn > TURNS, turn, 1.0), np.inf)
+
+    def off(place: Floats) -> Floats:
+        rate, ramp = np.exp(place)
+        speed = np.minimum(free.speed, rate * per_turn)
+        up, down = (np.minimum(one, ramp * per_turn) for one in (free.accelerate, free.decelerate))
+        tried = motion.with_(speed=speed, accelerate=up, decelerate=down)
+        tried = tried if partners is None else tried.meeting(motion, partners.before, partners.after)
+        return np.asarray((tried.duration() - sim)[turning])
+
+    mean = turn[longer] / sim[longer]
+    rate, ramp = float(mean.max()), float(np.max(4.0 * mean / sim[longer]))
+    starts = [(one * rate, other * ramp) for one in (1.1, 2.0) for other in (0.5, 1.0, 2.0)]
+    tried = [least_squares(off, np.log(start), loss="soft_l1", f_scale=1e-3) for start in starts]
+    best = min(tried, key=lambda one: float(one.cost))
     return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
 
 

@@ -31,7 +31,8 @@ _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a 
 # ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds; or, of a
 # controller that looks ahead, what ramps from and to √(κ a R) save, R = r cot(δ/2) of the arc that touches both moves
 # where they turn by δ, and no more than either move's speed; a is the planned acceleration, whatever the drives give;
-# or of the parabola that does, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter.
+# or of the parabola that does, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter and whose radius grows from
+# there on.
 LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed", "arc", "parabola")
 ARCS = ("arc", "parabola")  # laws of a controller that looks ahead
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
@@ -41,6 +42,10 @@ _MOST = 0.9  # of a move's own time that corners may save
 _GONE_TO = (
     0.05  # [1] of a parabola's radius: who passes a corner more slowly goes to it, the more so the slower
 )
+_STEEPEST = 3.0  # [rad] by which lines turn along a parabola; more is a way back
+# Gauss' three places on a way of length 1, and their weights.
+_GAUSS = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))
+_WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
 _LEAST_ABOVE = 0.2  # [1] of a ramp's inverse acceleration that is left above any speed
 
 
@@ -273,7 +278,8 @@ class Motion:
         way = np.maximum(self.way, 1e-9)
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
         end = np.minimum(self.round_end, self.reach * corners.shorter_end)
-        open_start, open_end = self.open_start, self.open_end
+        open_start, open_end = self.overlap * self.open_start, self.overlap * self.open_end
+        bends = np.zeros(len(way))
         if self.law == "parabola":
             (shorter_start, flat_start), (shorter_end, flat_end) = map(
                 _parabola, (self.bend_start, self.bend_end)
@@ -281,8 +287,13 @@ class Motion:
             cut = np.minimum(self.overlap / _GONE_TO, 1.0)
             way = np.maximum(way - cut * (shorter_start * start + shorter_end * end), 1e-9)
             open_start, open_end = open_start * flat_start, open_end * flat_end
-        first = np.minimum(np.sqrt(self.overlap * start * open_start), np.fmin(self.speed, corners.speed))
-        last = np.minimum(np.sqrt(self.overlap * end * open_end), np.fmin(self.speed, corners.next_speed))
+        first = np.minimum(np.sqrt(start * open_start), np.fmin(self.speed, corners.speed))
+        last = np.minimum(np.sqrt(end * open_end), np.fmin(self.speed, corners.next_speed))
+        if self.law == "parabola":
+            first, after = _bending(first, start, open_start, self.bend_start, up, self.speed, cut)
+            last, before = _bending(last, end, open_end, self.bend_end, down, self.speed, cut)
+            way = np.maximum(way - after.way - before.way, 1e-9)
+            bends = after.seconds + before.seconds
         last = np.minimum(last, np.sqrt(first**2 + 2.0 * up * way))
         first = np.minimum(first, np.sqrt(last**2 + 2.0 * down * way))
         reached = np.sqrt((down * first**2 + up * last**2 + 2.0 * up * down * way) / (up + down))
@@ -295,7 +306,7 @@ class Motion:
             bare = self.with_(jerk=none + np.inf, build=none, filtered=none)
             rests = 0.5 * ((first == 0.0).astype(np.float64) + (last == 0.0))
             travel = travel + rests * (self._travel()[0] - bare._travel()[0])
-        travel = np.where(self.way > 0, travel, 0.0)
+        travel = np.where(self.way > 0, travel + bends, 0.0)
         whole = np.maximum(travel, self.least) + self.added
         return np.asarray(whole + self._delay(top) if self._waits else whole)
 
@@ -667,6 +678,50 @@ def _parabola(bend: Floats) -> tuple[Floats, Floats]:
     some = np.maximum(steep, 1e-6)
     way = 0.5 + flat**2 / (2.0 * some) * np.arcsinh(some / np.maximum(flat, 1e-9))
     return np.asarray(1.0 - way), flat
+
+
+class _Bend(NamedTuple):
+    """Part of a parabola, next to its peak, that is passed no faster than its radius allows."""
+
+    way: Floats  # (n,) [m]
+    seconds: Floats  # (n,)
+
+
+def _bending(
+    peak: Floats,
+    rounding: Floats,
+    opened: Floats,
+    bend: Floats,
+    slow: Floats,
+    speed: Floats,
+    cut: Floats | float,
+) -> tuple[Floats, _Bend]:
+    """Speed (n,) [m/s] with which half a parabola is left whose `peak` is passed at so many (n,) [m/s], where `opened`
+    (n,) [m/s²] times the `rounding` (n,) [m] is the square of the speed that is allowed there; and its part that is
+    passed no faster than the radius lets it.
+
+    That is v² = v0² (1 + ξ²)^3/2, ξ being the tangent of the angle to the peak: it asks for a ramp of 3 ξ v0²/(2 R0),
+    until that is the own one, `slow` (n,), the line begins or the `speed` (n,) is reached. Who passes the peak more
+    slowly comes to it, if at all, by a ramp of his own. `cut` [1]: share of all this, for corners that are gone to.
+    """
+    steep = np.tan(0.5 * np.minimum(bend, _STEEPEST))
+    square = np.maximum(opened * rounding, 1e-12)
+    radius = rounding * np.cos(0.5 * bend) / np.maximum(steep, 1e-6)
+    ramp = 2.0 * slow * radius / (3.0 * square)  # ξ that it reaches
+    missing = ramp**2 - np.maximum(1.0 - peak**2 / square, 0.0) / 1.5
+    begins = ramp - np.sqrt(np.maximum(missing, 0.0))
+    fastest = np.sqrt(np.maximum(np.cbrt(speed**2 / square) ** 2 - 1.0, 0.0))
+    ends = cut * np.minimum(np.minimum(ramp, steep), fastest)
+    bends = (rounding > 0) & (missing >= 0.0) & (begins < ends)
+    begins, ends = np.where(bends, begins, 0.0), np.where(bends, ends, 0.0)
+    first, last = (np.sqrt(square) * (1.0 + tangent**2) ** 0.75 for tangent in (begins, ends))
+    mean = sum(
+        weight * (1.0 + (begins + share * (ends - begins)) ** 2) ** -0.25
+        for share, weight in zip(_GAUSS, _WEIGHTS, strict=True)
+    )
+    seconds = radius * (ends - begins) / np.sqrt(square) * mean + (first - peak) / slow
+    way = 0.5 * radius * (ends * np.sqrt(1.0 + ends**2) + np.arcsinh(ends))
+    return np.where(bends, last, peak), _Bend(way, np.where(bends, seconds, 0.0))
 
 
 def _above(acceleration: Floats, at_rest: Floats, share: Floats) -> Floats:

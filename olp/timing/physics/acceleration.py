@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import Motion
+from olp.timing.physics._motion import ARCS, Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _WIDEST = 8.0  # times the simulated acceleration, and one over it
 _ALIKE = 1e-3
+_ALONG = "along the way"
 
 
 class AccelerationTerm(MoveTerm):
@@ -30,10 +31,10 @@ class AccelerationTerm(MoveTerm):
             one = TermParameter(
                 "acceleration", unit, pace / _WIDEST, pace * _WIDEST, pace, True, "of every ramp"
             )
-            return (Form("", (one,), r"T = L/v + v/a"),)
+            return (Form("", (one,), r"T = L/v + v/a"), *_along_the_way(case, one, "a"))
         one = TermParameter("scale", "1", 1 / _WIDEST, _WIDEST, 1.0, True, "real over simulated acceleration")
         whole = Form("", (one,), r"T = L/v + v/(k\,a)")
-        return (whole, *_of_axes(case))
+        return (whole, *_along_the_way(case, one, r"(k\,a)"), *_of_axes(case))
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.75], [1.3]]) * form.parameters[0].null
@@ -42,9 +43,10 @@ class AccelerationTerm(MoveTerm):
         scale = np.full(len(case), values[0] / form.parameters[0].null)
         if form.axis >= 0:
             scale = np.where(case.led(form.axis) & case.joint, scale, 1.0)
-        return motion.with_(
-            accelerate=motion.accelerate * scale,
-            decelerate=motion.decelerate * scale,
+        changed = motion.with_(accelerate=motion.accelerate * scale, decelerate=motion.decelerate * scale)
+        if form.key == _ALONG:
+            return changed
+        return changed.with_(
             open_start=motion.open_start * scale,
             open_end=motion.open_end * scale,
         )
@@ -54,7 +56,18 @@ class AccelerationTerm(MoveTerm):
         absolute = f"{values[0]:.4g} {form.parameters[0].unit}, " if form.parameters[0].unit != "1" else ""
         if form.axis >= 0:
             return f"where {form.key} leads, the real acceleration is {ratio:.1%} of the simulated one"
-        return f"the real acceleration is {absolute}{ratio:.1%} of the simulated one"
+        corners = ", corners are passed as simulated" if form.key == _ALONG else ""
+        return f"the real acceleration is {absolute}{ratio:.1%} of the simulated one{corners}"
+
+
+def _along_the_way(case: MeasuredMoves, one: TermParameter, slow: str) -> tuple[Form, ...]:
+    """Ramps alone: how fast a controller that looks ahead passes a corner hangs on what it allows across the way, which
+    need not be what its drives give along it."""
+    base = case.base
+    rounded = bool(((base.round_start > 0) | (base.round_end > 0)).any())
+    if base.law not in ARCS or not rounded:
+        return ()
+    return (Form(_ALONG, (one,), rf"T = L/v + v/{slow},\ v_c\ \text{{as simulated}}"),)
 
 
 def _of_axes(case: MeasuredMoves) -> tuple[Form, ...]:
