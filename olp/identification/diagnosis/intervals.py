@@ -194,18 +194,27 @@ def _widen(
     others = _ends(other, case, noise, floor, near, {at for _, at in shared})
     terms = parameters_of(other.model)
     for k, at in shared:
-        null = terms[at][1].null
-        null = math.log(null) if terms[at][1].log and null > 0 else null
-        if other.names == fitted.names and others[0][at].at < null < others[1][at].at:
+        null = _null_of(terms[at][1])
+        if other.names == fitted.names and _holds(others[0][at], others[1][at], null):
             continue  # the term acts through the form's other parameters: this one tells nothing
         ends = (min(low[k], others[0][at]), max(high[k], others[1][at]))
-        if (
-            other.names == fitted.names
-            and ends[0].at < null < ends[1].at
-            and not low[k].at <= null <= high[k].at
-        ):
+        if other.names == fitted.names and _holds(*ends, null) and not _holds(low[k], high[k], null):
             continue  # neither way has the null: between them nothing is as likely
         low[k], high[k] = ends
+
+
+def _null_of(parameter: TermParameter) -> float:
+    """Where the parameter does nothing, in the scale of its interval: at infinity for a limit that is none."""
+    if not parameter.log:
+        return parameter.null
+    return math.log(parameter.null) if parameter.null > 0 else -math.inf
+
+
+def _holds(low: _Side, high: _Side, null: float) -> bool:
+    """Whether an interval holds a null; one at infinity where nothing tells that end."""
+    if math.isinf(null):
+        return not (high if null > 0 else low).told
+    return low.at <= null <= high.at
 
 
 def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> _Errors:
