@@ -86,7 +86,6 @@ def test_a_term_keeps_its_contract(name: str) -> None:
     check_term(load_term(name))
 
 
-@pytest.mark.slow("terms_and_places", "axis_terms_gp")
 @pytest.mark.parametrize("name", estimator_names())
 def test_an_estimator_keeps_its_contract(name: str) -> None:
     check_estimator(load_estimator(name))
@@ -151,7 +150,6 @@ def test_the_robots_of_a_maker_keep_their_contract(maker: str) -> None:
     assert not broken, "\n".join(broken)
 
 
-@pytest.mark.slow("calibrate", "fit", "probe", "recording from-log", "report", "signature from-totals")
 @pytest.mark.parametrize("name", cli.names())
 def test_a_command_keeps_its_contract(name: str) -> None:
     check_command(name, options=1)

@@ -487,7 +487,6 @@ def built_up(made, build, slow=A):
     return 2.0 * ramp(fast) + (made.length - fast * ramp(fast)) / fast
 
 
-@pytest.mark.slow("0.0-drop0")
 @pytest.mark.parametrize(("stop", "drop"), [(0.0, ("accel_mm_s2",)), (0.05, ())])
 def test_accelerations_that_build_up_are_told_where_no_move_goes_from_stop_to_stop(stop, drop, tmp_path):
     """Slow moves do not reach their acceleration: a time beside ramps left all off by 5.6 and 28 ms on the mean."""

@@ -16,7 +16,6 @@ PAGES = sorted(
 PAGES = [page for page in PAGES if "node_modules" not in page.parts]
 
 
-@pytest.mark.slow("docs/diagnose-report.md", "docs/library.md")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_the_blocks_of_a_page_do_what_it_shows(page: Path, tmp_path: Path) -> None:
     wrong = differences(page.read_text(encoding="utf-8"), tmp_path)
