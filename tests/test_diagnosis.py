@@ -192,6 +192,15 @@ def test_waits_are_one_sided():
         few[20] -= early
         odd = replace(case, measured=few, derived={})
         assert late_moves(fit(DurationModel(), odd, Noise(1e-4)), odd, 1e-4).sum() == expected
+    for shortest, expected in (
+        (0.15, 4),
+        (0.09, 3),
+    ):  # none is called late that is no later than one is early
+        few = case.measured.copy()
+        few[[5, 30, 60, 77]] += [0.7, 0.4, 0.2, shortest]
+        few[20] -= 0.1
+        odd = replace(case, measured=few, derived={})
+        assert late_moves(fit(DurationModel(), odd, Noise(1e-4)), odd, 1e-4).sum() == expected
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------

@@ -147,6 +147,7 @@ BESIDE = [
     {"stop": 0.05},
     {"filtered": 0.08},
     {"build": 0.06, "stop": 0.04},
+    {"shortest": 0.2},
 ]
 
 
@@ -160,8 +161,34 @@ def test_what_a_simulations_ramps_have_beside_constant_accelerations_is_read_off
     given = slow if written else np.full(60, np.nan)
     found = ramps_of(made.length, made.speed, given, sim, np.ones(60, bool))
     assert found.stronger == pytest.approx(1.0 if written else 2.0, rel=5e-3)
-    for name in ("build", "filtered", "stop"):
+    for name in ("build", "filtered", "stop", "shortest"):
         assert getattr(found, name) == pytest.approx(law.get(name, 0.0), abs=2e-3)
+
+
+@pytest.mark.parametrize("written", [True, False])
+def test_a_simulation_whose_ramps_have_a_shortest_time_is_told(written, tmp_path):
+    """By bisection of the peak speed. Most ramps here are the shortest: these were a share of the acceleration, and all
+    others were off by up to 0.5 s."""
+    shortest, slow, rng = 0.15, planted.ACCELERATION, np.random.default_rng(9)
+    made = planted.program(rng, 80)
+    made.speed = rng.choice([0.05, 0.1, 0.2, 0.6, 1.2], 80)
+    low, high = np.zeros(80), made.speed.copy()
+    for _ in range(60):
+        peak = 0.5 * (low + high)
+        fits = peak * np.maximum(peak / slow, shortest) <= made.length
+        low, high = np.where(fits, peak, low), np.where(fits, high, peak)
+    ramp = np.maximum(low / slow, shortest)
+    sim = 2.0 * ramp + (made.length - low * ramp) / low
+    assert np.mean(ramp > shortest) < 0.5
+    folder = planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)
+    if not written:
+        table = list(csv.DictReader((folder / "moves.csv").read_text().splitlines()))
+        kept = [name for name in table[0] if name != "accel_mm_s2"]
+        rows = [",".join(row[name] for name in kept) for row in table]
+        (folder / "moves.csv").write_text("\n".join([",".join(kept), *rows]) + "\n")
+    making = case_of(read_recording(folder))
+    np.testing.assert_allclose(making.case.base.duration(), sim, atol=1e-3)
+    assert any("no ramp shorter than 150.0 ms" in note for note in making.notes)
 
 
 @pytest.mark.parametrize("law", [{"stop": 0.05}, {"filtered": 0.08}])

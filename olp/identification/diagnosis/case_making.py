@@ -760,6 +760,8 @@ def _by_law(
     across = np.where(turned.slow < simulated.slow, simulated.slow, slow)
     simulated, slow = turned, _no_faster_than_the_tool_turns(turned._replace(slow=slow), limits).slow
     speed = turned.speed
+    for law, some in ((straight, lines), (turning, joint)):
+        slow = np.where(some, law.weakened(way, speed, slow), slow)
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,

@@ -269,6 +269,7 @@ class SimulatedRamps(NamedTuple):
     build: float = 0.0  # [s] in which an acceleration builds up
     filtered: float = 0.0  # [s] moving average that each ramp passes
     stop: float = 0.0  # [s] beside the motion, at every exact stop
+    shortest: float = 0.0  # [s] that a ramp takes at least
 
     @property
     def told(self) -> bool:
@@ -284,6 +285,7 @@ class SimulatedRamps(NamedTuple):
                 ("builds up accelerations in", self.build),
                 ("smooths speeds over", self.filtered),
                 ("takes at each stop", self.stop),
+                ("makes no ramp shorter than", self.shortest),
             )
             if time
         ]
@@ -294,8 +296,16 @@ class SimulatedRamps(NamedTuple):
         time = self.build + self.filtered + self.stop
         return [SimulatedRamps(**{name: time}) for name in ("stop", "build", "filtered")] if time else []
 
+    def weakened(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
+        """(n,) [m/s²] accelerations with which no ramp between two stops is shorter than the shortest."""
+        if not self.shortest:
+            return slow
+        top = np.minimum(np.minimum(speed, np.sqrt(way * slow)), way / self.shortest)
+        return np.asarray(np.minimum(slow, top / self.shortest))
+
     def seconds(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
         """(n,) [s] between two stops."""
+        slow = self.weakened(way, speed, slow)
         if not self.build:
             beside = np.full(len(way), self.filtered)
             full = way >= speed * (speed / slow + beside)
@@ -327,7 +337,9 @@ class SimulatedRamps(NamedTuple):
         over = sim - way / speed - self.build - self.filtered
         with np.errstate(divide="ignore", invalid="ignore"):
             if not (self.build or self.filtered):
-                return np.where(over <= way / speed, speed / over, 4.0 * way / sim**2), over
+                own = np.where(over <= way / speed, speed / over, 4.0 * way / sim**2)
+                ramp = np.where(over <= way / speed, over, 0.5 * sim)
+                return np.where(ramp > self.shortest * (1.0 + _ALIKE), own, np.nan), over
             low, high = np.log(way / sim**2) - 1.0, np.log(speed / 1e-4) + np.zeros(len(way))
         bare = self._replace(stop=0.0)
         for _ in range(_HALVINGS):
@@ -535,6 +547,11 @@ _STEP_OF_TIME = 2e-3  # [s] off its law, at most
 _STEPPED = 0.1  # of what constant accelerations alone are off: more is another law
 _AS_NEAR = 1.5  # times what the nearest law is off: a plainer one will do
 _LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plainest first
+_SHORT, _LONGER = (
+    0.2,
+    1.2,
+)  # share of the moves that have the shortest ramp, and times it that others have, at first
+_SHORTEST = ("shortest",)  # a law of moves between stops
 
 
 def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> SimulatedRamps | None:
@@ -577,7 +594,12 @@ def ramps_that_fit(
         # Two numbers for so few moves: speeds are as they are written, and no move is off.
         one_time = (_nearest_law(way, speed, slow, sim, names, digit) for names in _LAWS if len(names) == 1)
         return [law for law in one_time if law is not None and off(law, 1.0, 1.0) <= near]
-    laws = (_nearest_law(way, speed, slow, sim, names, digit) for names in _LAWS)
+    laws = [_nearest_law(way, speed, slow, sim, names, digit) for names in (*_LAWS, _SHORTEST)]
+    if written:
+        most = _MOST * float(np.median(sim - way / speed))
+        laws.append(
+            SimulatedRamps(shortest=_nearest_time(lambda time: off(SimulatedRamps(shortest=time)), most))
+        )
     found = [(off(law), law) for law in laws if law is not None]
     if exact := [law for misfit, law in found if misfit <= near]:
         return exact
@@ -728,6 +750,11 @@ def _nearest_law(
         weight = _counts(sim - way / speed - weaker * ramp - beside, digit)
     if weaker <= 0 or beside < _LEAST_BESIDE:
         return None
+    if names == _SHORTEST:
+        over = sim - way / speed
+        beside = max(float(np.quantile(over, _SHORT)), _LEAST_BESIDE)
+        longer = over > _LONGER * beside
+        weaker = float(np.median((over / ramp)[longer])) if longer.any() else weaker
     values: Floats = np.array([-np.log(weaker), *(np.log(beside / len(names)) for _ in names)])
 
     def law(values: Floats) -> SimulatedRamps:

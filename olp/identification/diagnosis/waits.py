@@ -34,7 +34,8 @@ _ROUNDS, _LEAST = (
     12,
     2.0,
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
-# Late moves for each early one; or moves that are later than any is early; or times as late as any is early.
+# Late moves for each early one; or moves that are later than any is early, fewer if one of them is so many times as
+# late; or times as late as any is early.
 _ONE_SIDED = 5
 _TAILS = (1.5, 2.5, 4.0, 8.0, 30.0)  # degrees of freedom of a scatter
 _DEALS = 8  # ways to hold moves out
@@ -60,8 +61,9 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if late.sum() < _ONE_SIDED * early.sum():
         # What the fit's own form leaves is to both sides, and no farther to one than to the other.
         late = residual > np.maximum(far, -residual.min())
-        if late.sum() < _ONE_SIDED:
-            late &= residual > -_ONE_SIDED * residual.min()
+        far_later = residual > -_ONE_SIDED * residual.min()
+        if late.sum() < (FEWEST_FAR if (late & far_later).any() else _ONE_SIDED):
+            late &= far_later
     if late.sum() < _LATE or late.mean() > _MOST:
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
