@@ -721,21 +721,9 @@ def _by_law(
     by lines that are as fast as `above` [m/s]. `limits` [rad/s], [rad/s²]: of the tool's turn in lines, else
     those that lines between stops tell."""
     moves, rows, pace, times, ends, blend, _ = judged
-    way, speed, slow, sim, start, end, moving, joint, waits, _ = simulated
-    plain, lines, notes = simulated.plain, simulated.lines, list[str]()
-    # Times that corners tell stand beside what is written: they take the place of a share of it.
-    faster, stronger = (1.0, 1.0) if by_corners else tuned(way, speed, slow, sim, simulated.steady)
-    if by_corners:
-        known = np.isfinite(slow) | joint | (straight.stronger == 1.0)
-        slow = np.where(known, slow, straight.stronger)
-    elif straight.told:
-        faster, stronger = 1.0, straight.stronger
-        slow = np.where(np.isfinite(slow) | joint, slow, 1.0)
-    elif (faster, stronger) != (1.0, 1.0):
-        notes.append(
-            f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
-            "written accelerations: findings are relative to that"
-        )
+    _, speed, _, sim, start, end, moving, joint, waits, _ = simulated
+    plain, lines = simulated.plain, simulated.lines
+    faster, stronger, slow, notes = _as_tuned(simulated, straight, by_corners)
     stopping = joint & start & end
     if turning is None and not times.own and (pace.axes is not None or plain.sum() < FEWEST):
         stopping = joint & (start & end | (pace.axes is not None and pace.axes.tell(rows[joint])))
@@ -758,10 +746,8 @@ def _by_law(
     slow = _accelerations(judged, turned, missing, straight, turning)
     # Limits of the turn are none of corners.
     across = np.where(turned.slow < simulated.slow, simulated.slow, slow)
-    simulated, slow = turned, _no_faster_than_the_tool_turns(turned._replace(slow=slow), limits).slow
-    speed = turned.speed
-    for law, some in ((straight, lines), (turning, joint)):
-        slow = np.where(some, law.weakened(way, speed, slow), slow)
+    simulated, speed = turned, turned.speed
+    slow = _slowed(simulated, slow, limits, straight, turning)
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
@@ -780,7 +766,7 @@ def _by_law(
         )
         of_lines = np.where(lines, beside, 0.0)
         simulated, stopped = simulated._replace(sim=simulated.sim - of_lines), stopped + of_lines
-        slow = _no_faster_than_the_tool_turns(simulated._replace(slow=across), limits).slow
+        slow = _slowed(simulated, across, limits, straight, turning)
         whole = whole.with_(accelerate=slow, decelerate=slow)
     found, more = _cornered(judged, simulated, whole, across, missing, np.where(joint, beside, 0.0))
     simulated, stopped = simulated._replace(sim=simulated.sim - more), stopped + more
@@ -794,6 +780,41 @@ def _by_law(
     found = found.with_(added=times.stop[rows] + stopped)
     stretch = 1.0 / faster if stretched else 1.0
     return _SimulatedMotion(found, stretch, at_lines, everywhere, straight, turning, tuple(notes))
+
+
+def _as_tuned(
+    simulated: _SimulatedRows, straight: SimulatedRamps, by_corners: bool
+) -> tuple[float, float, Floats, list[str]]:
+    """Shares of the written speeds and accelerations that the simulation runs lines at, the accelerations (n,) that
+    these are a share of, and what is told of them."""
+    way, speed, slow, sim, *_ = simulated
+    if (
+        by_corners
+    ):  # times that corners tell stand beside what is written: they take the place of a share of it
+        known = np.isfinite(slow) | simulated.joint | (straight.stronger == 1.0)
+        return 1.0, 1.0, np.where(known, slow, straight.stronger), []
+    if straight.told:
+        return 1.0, straight.stronger, np.where(np.isfinite(slow) | simulated.joint, slow, 1.0), []
+    faster, stronger = tuned(way, speed, slow, sim, simulated.steady)
+    if (faster, stronger) == (1.0, 1.0):
+        return 1.0, 1.0, slow, []
+    told = f"{faster:.2%} of the written speeds and {stronger:.2%} of the written accelerations"
+    says = f"the simulation's straight moves run at {told}: findings are relative to that"
+    return faster, stronger, slow, [says]
+
+
+def _slowed(
+    simulated: _SimulatedRows,
+    slow: Floats,
+    limits: tuple[float, float] | None,
+    straight: SimulatedRamps,
+    turning: SimulatedRamps,
+) -> Floats:
+    """(n,) accelerations `slow` (n,) as far as limits of the tool's turn and the shortest ramps let them."""
+    slow = _no_faster_than_the_tool_turns(simulated._replace(slow=slow), limits).slow
+    for law, some in ((straight, simulated.lines), (turning, simulated.joint)):
+        slow = np.where(some, law.weakened(simulated.way, simulated.speed, slow), slow)
+    return slow
 
 
 def _limits_of_the_turn(

@@ -371,22 +371,13 @@ def turning_limits(
     turns = np.flatnonzero(plain & (turn > TURNS) & (way > 0))
     way, speed, slow, turn, sim = (column[turns] for column in (way, speed, slow, turn, sim))
     longer = sim > bare.seconds(way, speed, slow) * (1.0 + _ALIKE)
-    if len(np.unique(np.round(np.stack([turn, sim])[:, longer], 4), axis=1).T) < _TELLING:
-        return None
 
-    def off(place: Floats) -> Floats:
-        rate, ramp = np.exp(place)
+    def off(rate: float, ramp: float) -> Floats:
         limited_by = np.minimum(speed, rate * way / turn), np.minimum(slow, ramp * way / turn)
         return np.asarray(bare.seconds(way, *limited_by) - sim)
 
-    mean = turn[longer] / sim[longer]
-    rate, ramp = float(mean.max()), float(np.max(4.0 * mean / sim[longer]))
-    starts = [(one * rate, other * ramp) for one in (1.1, 2.0) for other in (0.5, 1.0)]
-    tried = [least_squares(off, np.log(start), loss="soft_l1", f_scale=1e-3) for start in starts]
-    best = min(tried, key=lambda one: float(one.cost))
-    if float(np.abs(off(best.x)).mean()) > _TURNED_RIGHT:
-        return None
-    return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+    found = _nearest_limits(off, turn[longer], sim[longer])
+    return found if found is not None and float(np.abs(off(*found)).mean()) <= _TURNED_RIGHT else None
 
 
 def turning_limits_at_corners(
@@ -400,24 +391,33 @@ def turning_limits_at_corners(
     """Speed [rad/s] and acceleration [rad/s²] of the turns `turn` (n,) [rad] of the tool with which the lines `turning`
     (n,) come nearest to the simulated times `sim` (n,) [s], by the law of corners of `motion`; None where too few turn.
     `free`: the motion without limits."""
-    way = motion.way
     longer = turning & (sim > free.duration() + _SIM_DIGITS)
-    if len(np.unique(np.round(np.stack([turn, sim])[:, longer], 4), axis=1).T) < _TELLING:
-        return None
-    per_turn = np.where(turn > TURNS, way / np.where(turn > TURNS, turn, 1.0), np.inf)
+    per_turn = np.where(turn > TURNS, motion.way / np.where(turn > TURNS, turn, 1.0), np.inf)
 
-    def off(place: Floats) -> Floats:
-        rate, ramp = np.exp(place)
+    def off(rate: float, ramp: float) -> Floats:
         speed = np.minimum(free.speed, rate * per_turn)
         up, down = (np.minimum(one, ramp * per_turn) for one in (free.accelerate, free.decelerate))
         tried = motion.with_(speed=speed, accelerate=up, decelerate=down)
         tried = tried if partners is None else tried.meeting(motion, partners.before, partners.after)
         return np.asarray((tried.duration() - sim)[turning])
 
-    mean = turn[longer] / sim[longer]
-    rate, ramp = float(mean.max()), float(np.max(4.0 * mean / sim[longer]))
+    return _nearest_limits(off, turn[longer], sim[longer])
+
+
+def _nearest_limits(
+    off: Callable[[float, float], Floats], turn: Floats, sim: Floats
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and acceleration [rad/s²] with which least is `off` [s]; None where the turns `turn` (n,) [rad] of
+    lines that last longer than their ways, `sim` (n,) [s], are too few kinds."""
+    if len(np.unique(np.round(np.stack([turn, sim]), 4), axis=1).T) < _TELLING:
+        return None
+    mean = turn / sim
+    rate, ramp = float(mean.max()), float(np.max(4.0 * mean / sim))
     starts = [(one * rate, other * ramp) for one in (1.1, 2.0) for other in (0.5, 1.0, 2.0)]
-    tried = [least_squares(off, np.log(start), loss="soft_l1", f_scale=1e-3) for start in starts]
+    tried = [
+        least_squares(lambda place: off(*np.exp(place)), np.log(start), loss="soft_l1", f_scale=1e-3)
+        for start in starts
+    ]
     best = min(tried, key=lambda one: float(one.cost))
     return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
 
