@@ -788,9 +788,8 @@ def _as_tuned(
     """Shares of the written speeds and accelerations that the simulation runs lines at, the accelerations (n,) that
     these are a share of, and what is told of them."""
     way, speed, slow, sim, *_ = simulated
-    if (
-        by_corners
-    ):  # times that corners tell stand beside what is written: they take the place of a share of it
+    if by_corners:
+        # Times that corners tell stand beside what is written: they take the place of a share of it.
         known = np.isfinite(slow) | simulated.joint | (straight.stronger == 1.0)
         return 1.0, 1.0, np.where(known, slow, straight.stronger), []
     if straight.told:

@@ -547,10 +547,8 @@ _STEP_OF_TIME = 2e-3  # [s] off its law, at most
 _STEPPED = 0.1  # of what constant accelerations alone are off: more is another law
 _AS_NEAR = 1.5  # times what the nearest law is off: a plainer one will do
 _LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plainest first
-_SHORT, _LONGER = (
-    0.2,
-    1.2,
-)  # share of the moves that have the shortest ramp, and times it that others have, at first
+_SHORT = 0.2  # of the moves have the shortest ramp, at first
+_LONGER = 1.2  # times that: other ramps
 _SHORTEST = ("shortest",)  # a law of moves between stops
 
 
