@@ -9,6 +9,8 @@ from __future__ import annotations
 import ast
 import gc
 import re
+import sys
+import tomllib
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
@@ -365,3 +367,27 @@ def test_every_cache_of_the_package_has_an_end() -> None:
         found += [f"{module}: {name}" for name in without]
     assert found == []
     assert gathering >= 3
+
+
+def test_olp_imports_nothing_that_its_installation_does_not_bring():
+    """An import of scipy, which the tests bring, ended `olp diagnose` in a traceback for whoever installed olp."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    asked = [
+        *project["dependencies"],
+        *(x for some in project["optional-dependencies"].values() for x in some),
+    ]
+    brought = {re.split(r"[^\w-]", one)[0].lower().replace("-", "_") for one in asked}
+    known = {*sys.stdlib_module_names, "olp", "pytest"} | brought  # a plugin of pytest is imported by pytest
+    known |= {{"pillow": "PIL"}.get(name, name) for name in brought}
+    known |= {"markupsafe", "lsprotocol", "mcp_types", "pydantic"}  # which jinja2, pygls and mcp bring
+    known |= {"matplotlib"}  # of the notebook that draws: a figure is drawn where it is there
+    unknown = defaultdict(set)
+    for module, tree in trees().items():
+        for node in nodes(tree):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level and node.module:
+                names = [node.module]
+            for name in names:
+                if (package := name.split(".")[0]) not in known:
+                    unknown[package].add(module)
+    assert not unknown

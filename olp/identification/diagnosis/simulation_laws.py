@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from olp.timing.physics._case import CornerPartners
 from olp.timing.physics._motion import ARCS, EACH, Motion
@@ -258,6 +257,9 @@ _MOST_ALIKE = 0.8  # of the moves have one of them
 _HALVINGS = 60  # of an interval of logarithms
 TURNS = 0.01  # [rad] less is no turn of the tool
 _TELLING = 4  # lines that turn by different angles: fewer do not tell two limits
+_ROUNDED_BELOW = 1e-3  # [s] that lines are off: more counts by its size, less by its square
+_DOWNHILL, _DAMPED = 80, 1e-3  # steps, and the share of the slopes that dampens the first one
+_STILL = 1e-8  # of a logarithm: a step that small is the last one
 _TURNED_RIGHT = 5e-4  # [s] nearer to a simulation than that, limits of the turn are its own
 _FEW = 0.5  # of the moves: more of them are no exceptions, the simulation has another law
 
@@ -414,12 +416,38 @@ def _nearest_limits(
     mean = turn / sim
     rate, ramp = float(mean.max()), float(np.max(4.0 * mean / sim))
     starts = [(one * rate, other * ramp) for one in (1.1, 2.0) for other in (0.5, 1.0, 2.0)]
-    tried = [
-        least_squares(lambda place: off(*np.exp(place)), np.log(start), loss="soft_l1", f_scale=1e-3)
-        for start in starts
-    ]
-    best = min(tried, key=lambda one: float(one.cost))
-    return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+    tried = [_downhill(lambda place: off(*np.exp(place)), np.log(start)) for start in starts]
+    rate, ramp = np.exp(min(tried, key=lambda one: one[1])[0]).tolist()
+    return rate, ramp
+
+
+def _downhill(off: Callable[[Floats], Floats], place: Floats) -> tuple[Floats, float]:
+    """Where the lengths of `off` (n,) [s], of which large ones count by their size and small ones by its square, sum up
+    to least, from a `place` (p,) on, and that sum: damped steps of Gauss and Newton (K. Levenberg, Quarterly of Applied
+    Mathematics 2, 1944), each move weighted by how far it is off."""
+
+    def cost(values: Floats) -> float:
+        return float((np.sqrt(1.0 + (values / _ROUNDED_BELOW) ** 2) - 1.0).sum())
+
+    now, damped = off(place), _DAMPED
+    least = cost(now)
+    for _ in range(_DOWNHILL):
+        slopes = np.stack([(off(place + _STEP * one) - now) / _STEP for one in np.eye(len(place))], axis=1)
+        weight = 1.0 / np.sqrt(1.0 + (now / _ROUNDED_BELOW) ** 2)
+        square, pull = slopes.T @ (weight[:, None] * slopes), slopes.T @ (weight * now)
+        size = np.diag(square) + _NOTHING
+        for _ in range(_ROUNDS):
+            step = np.clip(-np.linalg.solve(square + damped * np.diag(size), pull), -0.5, 0.5)
+            there = off(place + step)
+            if cost(there) < least:
+                break
+            damped *= 4.0
+        else:
+            break
+        place, now, least, damped = place + step, there, cost(there), max(damped / 8.0, _DAMPED * 1e-6)
+        if np.abs(step).max() < _STILL:
+            break
+    return place, least
 
 
 def inferred(
