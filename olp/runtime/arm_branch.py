@@ -427,19 +427,13 @@ class PlannedArm:
 
         target = int(targets[0])
         solved, found, _ = self._solved
-        # What one branch reaches needs no search among all eight.
-        at_end = (
-            None
-            if (solved[:, target] & ~np.isnan(found[:, target]).any(axis=1)).any()
-            else self._nearest(targets, here)
-        )
-        if at_end is not None and np.isnan(at_end).any():  # out of reach: no path leads there
+        reached = bool((solved[:, target] & ~np.isnan(found[:, target]).any(axis=1)).any())
+        # What one branch reaches needs no search among all eight; out of reach of all, no path leads there.
+        if not reached and np.isnan(at_end := self._nearest(targets, here)).any():
             return at_end
         line = self._line(target, here, _SPACING, _TURNING, _FEWEST, _MOST)
         joints = track(self.robot, *line, here)[-1:]
-        if not np.isnan(joints).any():
-            return joints
-        return self._nearest(targets, here) if at_end is None else at_end
+        return self._nearest(targets, here) if np.isnan(joints).any() else joints
 
     def _step_by_step(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """As `_along`, for an arm whose axes are found from those of the step before."""

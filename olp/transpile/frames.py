@@ -45,9 +45,8 @@ class _Systems(SystemNames):
     held: dict[ex.Named, ex.Named] = field(
         default_factory=dict
     )  # of those with a number whose components are set: the position that is copied into it
-    taught: dict[tuple[str, int], ex.Named] = field(
-        default_factory=dict
-    )  # of those: where nothing tells the values
+    # Of those: where nothing tells the values
+    taught: dict[tuple[str, int], ex.Named] = field(default_factory=dict)
 
     def move(self, s: st.Move) -> st.Move:
         changes: dict[str, Any] = {}
@@ -200,9 +199,7 @@ class _Systems(SystemNames):
                 if symbol is not None and not symbol.scope and (kind, base) in self.numbers:
                     value = symbol.value if isinstance(symbol.value, ex.PositionLiteral) else None
                     held = self.held[base] = self._made("position", base, f"{base.name}_value", value)
-                    if (
-                        value is None
-                    ):  # what is taught is its value, which the tool or frame has from the start
+                    if value is None:  # what is taught is its value, from the start
                         self.taught[kind, self.numbers[kind, base]] = held
 
     def setting(

@@ -1118,7 +1118,8 @@ def _recorded_twice(moves: RecordedMoves, goes_on: Mask) -> Mask:
     same = ~goes_on & (moves.kind != WAIT)
     same[:1] = False
     points = np.hstack([moves.start, moves.end, moves.joints_start, moves.joints_end])
-    told = np.column_stack([points, moves.kind, moves.line, moves.cycle, moves.speed, moves.sim])
+    asked = moves.speed, moves.speed_fraction, moves.blend, moves.sim
+    told = np.column_stack([points, moves.kind, moves.line, moves.cycle, *asked])
     same[1:] &= ((told[1:] == told[:-1]) | np.isnan(told[1:] + told[:-1])).all(axis=1)
     same[1:] &= np.array([a == b for a, b in zip(moves.job[:-1], moves.job[1:], strict=True)], dtype=bool)
     return np.asarray(same, dtype=bool)
