@@ -4388,3 +4388,89 @@ def test_the_receipt_asks_for_a_frame_that_the_program_leaves_to_its_caller(text
     """A listing that is called moves in the frame of its caller, and not in the base."""
     made = converted(text, vendor, "inform" if vendor == "tp" else "tp")
     assert any("which frame was active" in says for says in made.translated.asks) is asks
+
+
+# --- what the routines of the next reading held -----------------------------------------------------------------
+
+_UR = load_robot("universal-robots/ur5e")
+
+
+def _made_from_script(*rows, target="rapid"):
+    program = link(read_source(decode(script(*rows).encode(), "made.script"))).program
+    work = Context(robot=_UR, target_robot=_UR, on_loss="comment")
+    return convert(program, target, work, date="2026/01/01 00:00")
+
+
+def _text_of(made):
+    return b"".join(made.files.values()).decode()
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"),
+    [("rapid", "MoveJ goal,"), ("krl", "PTP goal"), ("inform", "MOVJ P0"), ("tp", "J PR[")],
+)
+def test_a_pose_that_changes_is_the_goal_and_not_the_joints_near_it(target, wanted):
+    """`get_inverse_kin(pose, qnear=q)` went to q, or to where the pose was in one round of the loop."""
+    rows = (
+        "global near=[0.1, -1.5, 1.5, -1.5, -1.5, 0.2]",
+        "global goal=p[-0.4, -0.1, 0.4, 0.0, 3.14, 0.0]",
+        "i = 0",
+        "while i<3:",
+        "  goal[2]=goal[2]+0.02",
+        "  movej(get_inverse_kin(goal, qnear=near), a=1.4, v=1.05)",
+        "  i=i+1",
+        "end",
+    )
+    made = _made_from_script(*rows, target=target)
+    assert wanted in _text_of(made)
+    found = [x for x in made.translated.losses if x.part == "joints"]
+    assert [x.fate for x in found] == [Fate.APPROXIMATED]
+    assert "its controller chooses them" in found[0].says
+
+
+def test_joints_beside_a_pose_that_no_run_reaches_are_told():
+    row = "movej(get_inverse_kin(p[-0.4,-0.1,0.3,0,3.14,0], qnear=[0.1,-1.5,1.5,-1.5,-1.5,0.2]))"
+    made = _made_from_script("global n=1", "if n>2:", f"  {row}", "end", target="krl")
+    assert [x.line for x in made.translated.losses if "nobody checked" in x.says] == [4]
+
+
+def test_a_function_of_the_joints_of_a_pose_says_that_it_starts_elsewhere():
+    rows = (
+        "q=[0.1, -1.5, 1.5, -1.5, -1.5, 0.2]",
+        "j=get_inverse_kin(p[-0.4,-0.1,0.3,0,3.14,0], q)",
+        "movej(j)",
+    )
+    made = _made_from_script(*rows)
+    assert "CalcJointT(" in _text_of(made)
+    assert [x.line for x in made.translated.losses if x.part == "joints"] == [3]
+
+
+_FILLED = {
+    "sioGet(sPort, l_nData)": "l_nData",
+    'toNum("12,5", l_nData, l_bOk)': "l_nData",
+    "toNum(mid(l_sText, 2, 0), l_nData, l_bOk)": "l_bOk",
+    "getJointForce(l_nForces)": "l_nForces",
+    'toBinary(l_nForces[0], 6, "-4l", l_nData[2])': "l_nData",
+}
+
+
+@pytest.mark.parametrize("line", _FILLED)
+def test_what_an_instruction_that_goes_writes_into_its_argument_is_told(line):
+    names = {"l_nData": "num", "l_nForces": "num", "l_bOk": "bool", "l_sText": "string"}
+    local = "".join(
+        f'<Local name="{name}" type="{kind}" xsi:type="array" size="1" />\n' for name, kind in names.items()
+    )
+    read_name = _FILLED[line]
+    use = f"if {read_name}" if read_name == "l_bOk" else f"if {read_name}>3"
+    rows = f'begin\n{line}\n{use}\ndelay(1)\nendIf\nif l_sText=="a"\ndelay(1)\nendIf\nend'
+    text = (
+        '<?xml version="1.0" encoding="utf-8" ?>\n<Programs xmlns="ProgramNameSpace">\n<Program name="start" >\n'
+        f"<Locals>\n{local}</Locals>\n<Code><![CDATA[\n{rows}\n]]></Code>\n</Program>\n</Programs>\n"
+    )
+    program = link(read_source(decode(text.encode(), "made.pgx"))).program
+    made = convert(program, "rapid", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    found = [x for x in made.translated.losses if x.part == "value" and f"it needs {read_name}" in x.says]
+    number = 1 + text.splitlines().index(use)
+    assert [x.line for x in found] == [number]
+    assert "sets in a way that the target cannot" in found[0].says
+    assert not any("it needs l_sText" in x.says for x in made.translated.losses)

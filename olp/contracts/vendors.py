@@ -40,8 +40,8 @@ _KINDS: Final = frozenset(value for name, value in vars(LineKind).items() if nam
 # Fields of `Conventions` whose words are looked for case folded.
 _FOLDED: Final = (
     "interrupted_places", "returning_places", "idle_processes", "silent_processes", "standing_processes",
-    "manner_processes", "idle_routines", "replaceable_routines", "filling_routines", "result_types", "answers",
-    "idle_settings", "manner_settings", "idle_words",
+    "manner_processes", "idle_routines", "replaceable_routines", "filling_routines", "filling_words", "result_types",
+    "answers", "idle_settings", "manner_settings", "idle_words",
 )  # fmt: skip
 _SECONDS: Final = 6.0  # of CPU for all bad texts of a language
 _DECIMAL: Final = re.compile(r"(?<![\w.\[(\-+$#:])\d*\.\d+(?![\w.])")  # of no name, no index and no comment

@@ -255,6 +255,9 @@ class Conventions:
     filling_routines: frozenset[str] = (
         frozenset()
     )  # of these, case folded: they put values into the list that is their last argument
+    filling_words: Mapping[str, tuple[int, ...]] = field(
+        default_factory=dict
+    )  # first word of what no statement says, case folded -> which of its arguments it gives values, from 0 on
     result_types: Mapping[str, str] = field(
         default_factory=dict
     )  # function of the controller's own, case folded -> type of its value, as `Declare.type` says it

@@ -19,7 +19,7 @@ from olp.languages.vendor import conventions_of
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.shared_variables import handed_over, paired
-from olp.transpile.source_only import untranslated
+from olp.transpile.source_only import foreign_word, untranslated
 
 _SETTING = (st.Assign, st.Update, st.Clear, st.ReadInput)
 _RESULT = "result of "  # a routine's, among names of variables
@@ -136,21 +136,30 @@ _Gone = dict[tuple[str, str], str]  # (the routine that has it for itself or "",
 
 def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st.Program:
     """The program without what `out` names; each statement that goes is a comment and a loss."""
-    unreached = {} if work.source.vendor == work.target else _before_cases(program)
-    if not out.lines and not unreached:
+    foreign = work.source.vendor != work.target
+    unreached = _before_cases(program) if foreign else {}
+    filling = _filling(program, work) if foreign and work.context.on_loss == "comment" else {}
+    if not out.lines and not unreached and not filling:
         return program
     lines: dict[int, str] = {}
-    if out.lines:
+    if out.lines or filling:
         program = _without_uncalled(program, out, work)
         lost: _Gone = {}
         program = _without_data(program, out, lost, work)
         program, bodies = _without_heads(program, out, lost)
-        lines = {**_users(program, lost), **bodies, **out.lines}
+        lines = {**filling, **_users(program, lost), **bodies, **out.lines}
         lines = {**_inside(program, lines), **lines}
         lines |= _tell_users(program, lines, work)
         _tell_callers(program, out, work)
     lines = {**unreached, **lines}
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
+
+
+def _filling(program: st.Program, work: TranslationContext) -> dict[int, str]:
+    """The lines that are kept as their text and give values to variables: who reads these is told."""
+    words = work.conventions.filling_words
+    found = (s for s in program.statements() if isinstance(s, st.Opaque)) if words else ()
+    return {s.line: foreign_word(program.vendor, work.target) for s in found if _filled(s.text, words)}
 
 
 _UNREACHED: Final = "no value of the SWITCH leads to it, as it stands before the first CASE"
@@ -525,6 +534,8 @@ def _set_by_lost(s: st.Statement, vendor: str) -> dict[str, bool]:
     """What a statement that goes would have set, case folded, and whether it surely does."""
     found: dict[str, bool] = {}
     known = conventions_of(vendor)
+    if isinstance(s, st.Opaque):
+        found |= dict.fromkeys(_filled(s.text, known.filling_words), True)
     if known.filling_routines or not known.arguments_are_values:
         calls = [c for c in (s, *expressions_of(s)) if isinstance(c, (st.Call, ex.CallValue))]
         if known.arguments_are_values:
@@ -543,6 +554,22 @@ def _set_by_lost(s: st.Statement, vendor: str) -> dict[str, bool]:
     elif isinstance(s, st.Move) and s.search is not None:  # beside its move stands where it found something
         found |= {e.name.casefold(): True for tag, e in s.other if not tag and isinstance(e, ex.Named)}
     return found
+
+
+_CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*\Z", re.DOTALL)
+_ARGUMENT: Final = re.compile(  # what stands between two commas: texts, and brackets of two levels
+    r'(?:"(?:[^"\\]|\\.)*+"|[(\[{](?:[^()\[\]{}]|[(\[{][^()\[\]{}]*+[)\]}])*+[)\]}]|[^,"(\[{])++'
+)
+
+
+def _filled(text: str, words: Mapping[str, tuple[int, ...]]) -> list[str]:
+    """The variables, case folded, that an instruction gives values which is kept as its text."""
+    call = _CALL.match(text) if words else None
+    if call is None or call[1].casefold() not in words:
+        return []
+    given = _ARGUMENT.findall(call[2])
+    names = [_WORD.search(given[at]) for at in words[call[1].casefold()] if at < len(given)]
+    return [name[0].casefold() for name in names if name is not None]
 
 
 def _set_by(s: st.Statement) -> str | None:

@@ -50,6 +50,8 @@ def functions(program: Program, work: TranslationContext) -> Program:
             e = _shorter(e, symbols, name)
             if type(e) is ex.Function and e.name == AS_TEXT:
                 _refuse_places(e, at[0], symbols, name, work)
+            if type(e) is ex.Function and e.name == "inverse" and not work.limits.near_joints:
+                e = _anywhere(e, at[0], work)
             if not work.limits.text_decimals and type(e) is ex.Function and e.name == AS_TEXT:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
@@ -241,31 +243,61 @@ def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
 def _joints(
     e: ex.Expression, symbols: Symbols, routine: str, flagged: bool, work: TranslationContext, s: Move
 ) -> ex.Expression:
-    """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
+    """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints that reach it.
+
+    A pose that a statement may change stays: its joints are those of one value that it has.
+    """
     if not isinstance(e, ex.Function) or e.name != "inverse":
         return e
-    if len(e.arguments) > 1 and not flagged:
-        near = symbols.fixed_value(routine, e.arguments[1])
-        if isinstance(near, ex.PositionLiteral) and near.kind == "joint":
-            return _reached(near, work, s) or e.arguments[1]
+    if len(e.arguments) == 1 or flagged:
+        return e.arguments[0]
+    near = symbols.fixed_value(routine, e.arguments[1])
+    if (
+        isinstance(near, ex.PositionLiteral)
+        and near.kind == "joint"
+        and _stays(e.arguments[0], symbols, routine)
+    ):
+        return _reached(e, near, work, s)
+    work.lose(s, Fate.APPROXIMATED, "joints", _ANY_POSTURE)
     return e.arguments[0]
 
 
-def _reached(near: ex.PositionLiteral, work: TranslationContext, s: Move) -> ex.PositionLiteral | None:
-    """The joints with which the plan reaches the pose of a move, None where they are `near` or nobody knows them."""
+_ANY_POSTURE: Final = (
+    "the joint values near which the arm stands at the pose are left out: its controller chooses them"
+)
+_UNCHECKED: Final = "the joint values beside the pose are written: nobody checked that they reach it"
+
+
+def _anywhere(e: ex.Function, s: Statement, work: TranslationContext) -> ex.Function:
+    """inverse(pose, near) without `near`."""
+    if len(e.arguments) == 1 or isinstance(e.arguments[1], ex.NamedArgument):
+        return e
+    work.lose(s, Fate.APPROXIMATED, "joints", _ANY_POSTURE)
+    return replace(e, arguments=(e.arguments[0], *e.arguments[2:]))
+
+
+def _stays(e: ex.Expression, symbols: Symbols, routine: str) -> bool:
+    """Whether no statement changes what a pose is computed from."""
+    if isinstance(e, ex.Function):
+        return all(_stays(one, symbols, routine) for one in e.arguments)
+    return isinstance(symbols.fixed_value(routine, e), (ex.PositionLiteral, ex.Number, ex.Quantity))
+
+
+def _reached(e: ex.Function, near: ex.PositionLiteral, work: TranslationContext, s: Move) -> ex.Expression:
+    """The joints with which the plan reaches the pose of a move, the pose where they change, else those beside it."""
     plan = None if work.robot is None else work.plan()
-    if plan is None or work.robot is None:
-        return None
-    steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0) & (plan.line == s.line))
-    axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(work.robot.axes)]
+    axes = np.empty((0, 0))
+    if plan is not None and work.robot is not None:
+        steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0) & (plan.line == s.line))
+        axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(work.robot.axes)]
     if not len(axes) or np.isnan(axes).any() or len(near.values) != axes.shape[1]:
-        return None
+        work.lose(s, Fate.APPROXIMATED, "joints", _UNCHECKED)
+        return e.arguments[1]
     if np.abs(axes - np.array(near.values)).max() < _NEAR:
-        return None
+        return e.arguments[1]
     if np.ptp(axes, axis=0).max() > _NEAR:
-        says = "the joint values of the pose do not reach it, and those that do are not always the same"
-        work.lose(s, Fate.APPROXIMATED, "joints", says)
-        return None
+        work.lose(s, Fate.APPROXIMATED, "joints", _ANY_POSTURE)
+        return e.arguments[0]
     return replace(near, values=tuple(map(float, axes[0])))
 
 

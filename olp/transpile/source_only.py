@@ -68,6 +68,11 @@ _READING = (
 )
 
 
+def foreign_word(source: str, target: str) -> str:
+    """Why a statement goes that olp keeps as its text. Two vendors."""
+    return f"a word of {language_of(source)} that means nothing in {language_of(target)}"
+
+
 def foreign_words(program: st.Program, work: TranslationContext) -> st.Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     words = _ForeignWords.of(program, work)
@@ -389,8 +394,7 @@ class _ForeignWords:
         return None
 
     def _foreign(self, s: st.Statement) -> st.Comment:
-        source, target = language_of(self.program.vendor), language_of(self.work.target)
-        self.work.lose(s, self._fate, "statement", f"a word of {source} that means nothing in {target}")
+        self.work.lose(s, self._fate, "statement", foreign_word(self.program.vendor, self.work.target))
         self.lost.append(s)
         return st.Comment(s.line, untranslated(self.program, s))
 

@@ -8,7 +8,7 @@ from typing import Final
 from olp.core.source import Source
 from olp.ir.program import Program
 from olp.languages.vendor import Conventions, Vendor, statements
-from olp.languages.vendors.val3.known_functions import MEMBER_TYPES, REPLACEABLE
+from olp.languages.vendors.val3.known_functions import FILLING, MEMBER_TYPES, REPLACEABLE
 
 _MARK: Final = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
 
@@ -31,6 +31,7 @@ class Val3(Vendor):
         assumed_codes=frozenset({"P576", "P577", "P578"}),
         member_types=MEMBER_TYPES,
         replaceable_routines=REPLACEABLE,
+        filling_words=FILLING,
     )
     comment_prefix = "//"
     trailing_comment_prefix = " //"

@@ -71,3 +71,28 @@ _TEXT_REPLACEABLE: Final = """
     setTextMode sioCtrl sioGet sioLink sioSet title toBinary toNum toString userPage encode decode
 """
 REPLACEABLE: Final = frozenset(name.casefold() for name in _TEXT_REPLACEABLE.split())
+# Which arguments they give values.
+FILLING: Final[Mapping[str, tuple[int, ...]]] = {
+    **dict.fromkeys(
+        (
+            "aiolink",
+            "append",
+            "delete",
+            "diolink",
+            "get",
+            "getjointforce",
+            "getlatch",
+            "getprofile",
+            "insert",
+            "iobusstatus",
+            "link",
+            "resize",
+            "setmutex",
+            "siolink",
+        ),
+        (0,),
+    ),
+    **dict.fromkeys(("getdata", "liblist", "sioget"), (1,)),
+    **dict.fromkeys(("frombinary", "pointtojoint", "setframe", "tobinary"), (3,)),
+    "tonum": (1, 2),
+}
