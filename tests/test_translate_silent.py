@@ -4474,3 +4474,42 @@ def test_what_an_instruction_that_goes_writes_into_its_argument_is_told(line):
     assert [x.line for x in found] == [number]
     assert "sets in a way that the target cannot" in found[0].says
     assert not any("it needs l_sText" in x.says for x in made.translated.losses)
+
+
+@pytest.mark.parametrize(("zone", "wanted"), [("12.5", "CR12 "), ("0.3", "CR1 "), ("7", "CR7 ")])
+def test_a_corner_of_tp_is_whole_millimetres(zone, wanted):
+    row = f"MoveL p1,v100,[FALSE,{zone},{zone},{zone},0,0,0],tool0;"
+    text = module("MoveL p2,v100,fine,tool0;", row, "MoveL p2,v100,fine,tool0;", data=TARGETS)
+    made = converted(text, "rapid", "tp")
+    assert wanted in _text_of(made)
+    told = [x.says for x in made.translated.losses if x.part == "blend" and "share" not in x.says]
+    assert told == ([] if zone == "7" else ["rounded to 1 mm"])
+
+
+def test_a_frame_of_the_controller_that_no_point_names_is_not_asked_for():
+    """A point of a computed frame has the number -1 in olp."""
+    rows = ("N=3", "IF $IN[4] THEN", "N=4", "ENDIF", "$TOOL=TOOL_DATA[N]", "$BASE=BASE_DATA[N]")
+    text = krl("DECL INT N", *HOME, *rows, *poses((900, 0, 400), (900, 50, 400)))
+    linked = link(read(text, "krl"))
+    made = convert(linked.program, "tp", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    told = before_it_runs(linked, made.translated, "tp", None, True)
+    assert any("set tool" in x for x in told)
+    assert not any("frame -1" in x for x in told)
+
+
+def test_a_tool_that_the_program_sets_itself_is_not_asked_for():
+    rows = ("PR[6]=LPOS", "UTOOL[2]=PR[6]", "UTOOL_NUM=2", "L P[1] 100mm/sec FINE")
+    asks = converted(tp(*rows, positions=((1, 1, 2, 900, 0, 400, 180, 0, 0),)), "tp", "rapid").translated.asks
+    assert asks["set these values, which are zeros now"] == ("frame 1",)
+    (begins,) = [things for says, things in asks.items() if "before the program sets them" in says]
+    assert begins == ("tool 2",)
+
+
+@pytest.mark.parametrize("calls", [True, False])
+def test_registers_that_a_routine_of_no_file_reads_too_are_global_in_krl(calls):
+    rows = ("R[1]=R[1]+1", "PR[5,3]=10", *(("CALL ELSEWHERE",) if calls else ()), "L P[1] 100mm/sec FINE")
+    text = _text_of(converted(tp(*rows, positions=(P1,)), "tp", "krl"))
+    assert ("PUBLIC" in text) is calls
+    said = "GLOBAL " if calls else ""
+    found = {name: word for word, name in re.findall(r"DECL (GLOBAL )?\w+ (\w+)=", text)}
+    assert (found["P1"], found["PV5"], found["R1"]) == ("", said, said)

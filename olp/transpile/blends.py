@@ -115,10 +115,15 @@ class _Blends:
         """The nearest size that the target takes; an exact stop is none."""
         bounds = self.work.limits.blend_ranges.get(blend.kind)
         size = None if bounds is None or blend.value is None else blend.value.literal
-        if bounds is None or size is None or size <= 0.0 or (near := within(size, bounds)) == size:
+        if bounds is None or size is None or size <= 0.0:
             return blend
         scale, unit = (mm, "mm") if blend.kind is BlendKind.RADIUS else (percent, "%")
-        says = range_text(bounds, scale, unit)
+        near, says = within(size, bounds), range_text(bounds, scale, unit)
+        step = self.work.limits.radius_step if blend.kind is BlendKind.RADIUS else 0.0
+        if step and abs(near - round(near / step) * step) > _NOTHING:
+            near, says = max(round(near / step), 1) * step, f"rounded to {step / mm:g} mm"
+        if near == size:
+            return blend
         self.work.lose(s, Fate.APPROXIMATED, "blend", says, abs(near - size) / scale, unit)
         return Blend(blend.kind, Quantity(Number(_clean(near / scale)), scale))
 

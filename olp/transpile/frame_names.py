@@ -20,6 +20,7 @@ from olp.transpile.symbols import Symbols
 
 BASE: Final = FrameRef("base")
 _ZEROS: Final = "set these values, which are zeros now"
+_SET_HERE: Final = "see that nothing moves with these before the program sets them: they begin with zeros"
 _DEPENDS: Final = "it depends on {}, which is not declared here"
 _NOTHING: Final = literal_of(Pose.identity())
 _UNKNOWN: Final = {"tool": FrameRef("tool", Number(0)), "user": BASE}  # in the place of what is refused
@@ -242,6 +243,9 @@ class SystemNames:
             return cell.user_frames[number]
         word = system_words(kind)
         says = f"the values of {word} {number} are not in the program: zeros are written"
+        if (kind, number) in self.told:
+            self.work.ask(_SET_HERE, f"{word} {number}")
+            return Pose.identity()
         self.work.lose(0, Fate.APPROXIMATED, word, says)
         self.work.ask(_ZEROS, f"{word} {number}")
         return Pose.identity()

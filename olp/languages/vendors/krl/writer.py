@@ -27,6 +27,7 @@ from olp.languages.generator import (
     as_text,
     framing_comments,
 )
+from olp.languages.limits import limits_of, writable
 from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
 from olp.languages.vendors.krl.scope import CONFIG_MARK, NEUTRAL_TYPES, Scope
@@ -517,7 +518,8 @@ class KrlWriter(KrlMoves):
     def _list(self, rows: list[st.Declare]) -> str:
         lists = [one for one in self.routines if "list" in one.details] if self.own else []
         details = next((one.details for one in self.routines if "data head" in one.details and self.own), {})
-        alone = not self.routines  # data that other programs use
+        alone = not self.routines
+        offered = alone or (not self.own and _shares_registers(self.program))
         if not (rows or lists or details or alone or (self.forms is not None and self.forms.rows())):
             return ""
         owner = lists[0] if lists else None
@@ -528,7 +530,7 @@ class KrlWriter(KrlMoves):
         )
         name = owner.name if owner else (self.program.main or stem or self._first_name())
         above = owner.details.get("above", "") if owner else details.get("data above", "")
-        public = " PUBLIC" if alone or (owner is not None and owner.details["list"] == "PUBLIC") else ""
+        public = " PUBLIC" if offered or (owner is not None and owner.details["list"] == "PUBLIC") else ""
         head = [details.get("data head", f"DEFDAT {name}{public}")]
         if self.forms is not None:
             head += EXTERNAL
@@ -537,7 +539,7 @@ class KrlWriter(KrlMoves):
         written: list[str] = []
         for one in rows:
             try:
-                written += self.list_rows([one], alone)
+                written += self.list_rows([one], alone or (offered and one.storage != "constant"))
                 if self.forms is not None:
                     written += self.forms.rows_behind(one.name)
             except CannotSayError as problem:
@@ -550,6 +552,15 @@ class KrlWriter(KrlMoves):
 
     def _first_name(self) -> str:
         return self.routines[0].name if self.routines else "PROGRAM"
+
+
+def _shares_registers(program: st.Program) -> bool:
+    """Whether a program of numbered variables, which all programs have in common, calls one that is in no file here."""
+    if program.vendor not in writable() or not limits_of(program.vendor).numbered:
+        return False
+    known = {r.name.casefold() for r in program.routines}
+    called = (s.routine for s in program.statements() if isinstance(s, (st.Call, st.StartTask)))
+    return any(name.casefold() not in known for name in called)
 
 
 def _uncalled_functions(program: st.Program, routines: Sequence[st.Routine]) -> frozenset[str]:

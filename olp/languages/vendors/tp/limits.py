@@ -88,6 +88,7 @@ LIMITS: Final = Limits(
     },
     acceleration_range=(percent, 1.5),
     blend_ranges={BlendKind.SPEED: (0.0, 1.0), BlendKind.RADIUS: (0.0, 1.0)},
+    radius_step=1.0 * mm,
     comment_swaps={";": ","},  # it ends a line, wherever it stands
     ordered_arguments=True,
     registers=Registers(
