@@ -4513,3 +4513,39 @@ def test_registers_that_a_routine_of_no_file_reads_too_are_global_in_krl(calls):
     said = "GLOBAL " if calls else ""
     found = {name: word for word, name in re.findall(r"DECL (GLOBAL )?\w+ (\w+)=", text)}
     assert (found["P1"], found["PV5"], found["R1"]) == ("", said, said)
+
+
+@pytest.mark.parametrize(
+    ("target", "takes"),
+    [("tp", r"R\[\d+:total_share\]=AR\[1\]|=AR\[1\]"), ("inform", r"GETARG R\d+ IARG#\(1\)")],
+)
+def test_a_function_for_other_programs_takes_its_arguments_and_says_where_its_result_is(target, takes):
+    """RAPID's other modules call it; it read registers that nobody sets."""
+    rows = [
+        "MODULE m",
+        "PROC main()",
+        "WaitTime 1;",
+        "ENDPROC",
+        "FUNC num third(num a)",
+        "RETURN a*2;",
+        "ENDFUNC",
+    ]
+    made = converted("\n".join([*rows, "ENDMODULE", ""]), "rapid", target)
+    assert re.search(takes, _text_of(made))
+    told = [x for x in made.translated.losses if "nothing here calls third" in x.says]
+    assert [(x.line, x.fate) for x in told] == [(5, Fate.APPROXIMATED)]
+
+
+def test_a_function_that_the_program_calls_takes_what_it_is_given():
+    rows = [
+        "MODULE m",
+        "PROC main()",
+        "WaitTime third(1);",
+        "ENDPROC",
+        "FUNC num third(num a)",
+        "RETURN a*2;",
+        "ENDFUNC",
+    ]
+    made = converted("\n".join([*rows, "ENDMODULE", ""]), "rapid", "tp")
+    assert "AR[" not in _text_of(made)
+    assert not [x for x in made.translated.losses if x.part == "argument"]

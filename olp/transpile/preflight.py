@@ -195,7 +195,9 @@ def _systems(translated: Translated) -> Iterator[str]:
     for routine in translated.program.routines:  # INFORM names them with its points
         for state in routine.points.states:
             used |= {("tool", state.tool)} if state.tool > 0 else set()
-            used |= {("user", state.user)} if state.frame == "user" and state.user > 0 else set()
+            used |= (
+                {("user", state.user)} if state.frame == "user" and state.user and state.user > 0 else set()
+            )
     for s in translated.program.statements():
         if isinstance(s, Move):
             used |= _numbered(s.tool) | _numbered(s.frame)

@@ -150,10 +150,18 @@ class _Shared:
 
     def _taken(self, routine: Routine) -> Iterator[Statement]:
         """What sets the parameters of a routine that programs elsewhere call: these hand over by number."""
-        if not routine.parameters or (routine.name != self.first and not routine.starts):
+        offered = routine.shared and bool(routine.returns) and routine.name != self.first
+        if not offered and (not routine.parameters or (routine.name != self.first and not routine.starts)):
             return
         name = routine.name.casefold()
         inside = any(name in map(str.casefold, called_in(s)) for s in self.program.statements())
+        if offered and inside:
+            return
+        if offered:
+            says = f"nothing here calls {routine.name}: its caller has to read the variable {self.results[name].name}"
+            self.work.lose(
+                routine.line, Fate.APPROXIMATED, "argument", f"{says}, which holds what it returns"
+            )
         for number, p in enumerate(routine.parameters, 1):
             if inside or p.switch or p.optional or (p.type or "real") not in _BY_NUMBER:
                 says = f"the argument {p.name} of {routine.name}: its caller has to set the variable"
