@@ -4549,3 +4549,11 @@ def test_a_function_that_the_program_calls_takes_what_it_is_given():
     made = converted("\n".join([*rows, "ENDMODULE", ""]), "rapid", "tp")
     assert "AR[" not in _text_of(made)
     assert not [x for x in made.translated.losses if x.part == "argument"]
+
+
+def test_a_cyclic_flag_of_a_computed_number_is_not_set_once():
+    """`$CYCFLAG[N]=$IN[600]` follows the input all the time; an output was set to what it was in that moment."""
+    text = krl("DECL INT N", "N=22", "$CYCFLAG[N]=$IN[600]", "WAIT FOR $CYCFLAG[N]")
+    made = converted(text, "krl", "rapid")
+    assert [x.line for x in made.translated.losses if x.leaves_out] == [4]
+    assert "! not translated: $CYCFLAG[N]=$IN[600]" in _text_of(made)
