@@ -4557,3 +4557,30 @@ def test_a_cyclic_flag_of_a_computed_number_is_not_set_once():
     made = converted(text, "krl", "rapid")
     assert [x.line for x in made.translated.losses if x.leaves_out] == [4]
     assert "! not translated: $CYCFLAG[N]=$IN[600]" in _text_of(made)
+
+
+@pytest.mark.parametrize("sets", [True, False])
+def test_data_that_programs_beside_this_one_set_are_asked_for(sets, tmp_path):
+    """VAL3: the tool of a project is chosen by one of its programs, and the one that moves never sets it."""
+    rows = [
+        "MODULE moves",
+        *TARGETS,
+        "PERS tooldata tNow:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+    ]
+    rows += [
+        "VAR num own:=1;",
+        "PROC main()",
+        "own:=2;",
+        "MoveL p1,v100,fine,tNow;",
+        "WaitTime x;",
+        "ENDPROC",
+        "ENDMODULE",
+    ]
+    (tmp_path / "moves.mod").write_text("\n".join(rows))
+    body = ["tNow.tframe.trans.z:=120;", "own:=3;", "p1.trans.x:=0;"] if sets else ["IF x=3 Stop;"]
+    other = ["MODULE chooses", "PROC choose()", *body, "ENDPROC", "ENDMODULE"]
+    (tmp_path / "chooses.mod").write_text("\n".join(other))
+    linked = link(read_source(load(tmp_path / "moves.mod")), "krl")
+    made = convert(linked.program, "krl", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    asked = [x for x in before_it_runs(linked, made.translated, "krl", None, True) if "no part of this" in x]
+    assert [x.rpartition(": ")[2] for x in asked] == (["tNow (chooses.mod)"] if sets else [])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
@@ -23,9 +24,9 @@ from olp.ir.expressions import (
 from olp.ir.points import PointKind
 from olp.ir.program import Assign, DefineFrame, Move, Program, Routine, SetFrame, SetTool, StartTask, Wait
 from olp.ir.program import Path as MovePath
-from olp.ir.transformer import expressions_of
+from olp.ir.transformer import changed_by, expressions_of, note_names
 from olp.languages.limits import limits_of
-from olp.languages.vendor import conventions_of
+from olp.languages.vendor import conventions_of, find_vendor
 from olp.runtime.plan import Plan, lines_of
 from olp.transpile.context import Fate, Translated
 from olp.transpile.link import Linked
@@ -59,6 +60,7 @@ def before_it_runs(
         *(f"{says}: {some(things)}" for says, things in translated.asks.items()),
         *(() if arm_named else _axes(linked, translated.program)),
         *_borrowed(linked),
+        *_set_by_others(linked, target),
         *_tool_zero(linked.program, target),
         *_systems(translated),
         *_wait_setting(translated, target),
@@ -186,6 +188,52 @@ def _tool_zero(program: Program, target: str) -> Iterator[str]:
 def _written(e: Expression | None) -> int | None:
     """The number of a variable that is written out."""
     return int(e.index.value) if isinstance(e, Variable) and isinstance(e.index, Number) else None
+
+
+_MOST_READ: Final = 4_000_000  # bytes of programs beside one
+
+
+def _set_by_others(linked: Linked, target: str) -> Iterator[str]:
+    """Data that the program reads and never sets, and that programs beside it, which are no part of it, do set.
+
+    Other languages share no data between files: the translation has the values that these were saved with.
+    """
+    program = linked.program
+    path = Path(program.path) if program.path else None
+    if program.vendor == target or path is None or not path.is_file():
+        return
+    vendor = find_vendor(program.vendor)
+    used: set[str] = set()
+    changed: set[str] = set()
+    for s in program.statements():
+        note_names(s, used)
+        changed.update(name.casefold() for name in changed_by(s))
+    shared = (d for d in program.data if d.shared and d.storage != "constant" and d.name in used)
+    names = {d.name.casefold(): d.name for d in shared if d.name.casefold() not in changed}
+    if not (vendor.shares_names and names):
+        return
+    words = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
+    # A name at the begin of a line, its elements and members, and what it is set to.
+    sets = re.compile(
+        rf"^[ \t]*({words})(?![\w$])(?:\[[^\]\n]*\]|\{{[^}}\n]*\}}|\.\w+)*+[ \t]*(?::=|=(?!=))",
+        re.IGNORECASE | re.MULTILINE,
+    )
+    parts = {Path(part.path).name for part in linked.parts}
+    found: dict[str, str] = {}
+    left = _MOST_READ
+    for other in sorted(path.parent.iterdir()):
+        if other.suffix.lower() not in vendor.suffixes or other.name in parts or not other.is_file():
+            continue
+        try:
+            left -= other.stat().st_size
+            text = other.read_bytes().decode("latin-1") if left >= 0 else ""
+        except OSError:  # it may not be read
+            continue
+        for name in sets.findall(text):
+            found.setdefault(names[name.casefold()], other.name)
+    if found:
+        things = some(f"{name} ({file})" for name, file in sorted(found.items()))
+        yield f"set these as other programs of the folder do, which are no part of this translation: {things}"
 
 
 def _systems(translated: Translated) -> Iterator[str]:

@@ -483,7 +483,9 @@ def with_cyclic_flags(program: st.Program) -> st.Program:
             if type(s) is st.SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is ex.Number:
                 given.setdefault(s.signal.index.value, []).append((r.name, s))
     changing = {n for n, rows in given.items() if any(type(s.value) is not ex.SignalState for _, s in rows)}
-    if not changing and not any(map(_follows_computed, program.statements())):
+    if not changing and not any(
+        type(s) is st.SetOutput and _follows_computed(s) for s in program.statements()
+    ):
         return program
     known = {n: given[n][0] for n in changing if len(given[n]) == 1}
     routines = []
@@ -497,14 +499,10 @@ def with_cyclic_flags(program: st.Program) -> st.Program:
     return replace(program, routines=tuple(routines))
 
 
-def _follows_computed(s: st.Statement) -> bool:
+def _follows_computed(s: st.SetOutput) -> bool:
     """Whether it gives a condition to a flag whose number is computed: who reads which flag is not known."""
-    return (
-        type(s) is st.SetOutput
-        and s.signal.bus == _CYCLIC
-        and type(s.signal.index) is not ex.Number
-        and type(s.value) is not ex.SignalState
-    )
+    computed = s.signal.bus == _CYCLIC and type(s.signal.index) is not ex.Number
+    return computed and type(s.value) is not ex.SignalState
 
 
 def _names_locals(program: st.Program, s: st.SetOutput) -> bool:
@@ -519,7 +517,7 @@ def _with_conditions(s: st.Statement, here: dict[float, ex.Expression], changing
         if s.signal.index.value in here:
             return st.Process(s.line, _KNOWN_CONDITION, (), s.comment)
         return st.Process(s.line, _CYCLIC, (), s.comment) if s.signal.index.value in changing else s
-    if _follows_computed(s):
+    if type(s) is st.SetOutput and _follows_computed(s):
         return st.Process(s.line, _CYCLIC, (), s.comment)
     if calls_nothing(s) or sets_numbers(s):
         return s
