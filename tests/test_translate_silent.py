@@ -4584,3 +4584,14 @@ def test_data_that_programs_beside_this_one_set_are_asked_for(sets, tmp_path):
     made = convert(linked.program, "krl", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
     asked = [x for x in before_it_runs(linked, made.translated, "krl", None, True) if "no part of this" in x]
     assert [x.rpartition(": ")[2] for x in asked] == (["tNow (chooses.mod)"] if sets else [])
+
+
+def test_an_argument_that_goes_into_whole_numbers_is_tried_with_whole_numbers():
+    """6.5 for `GETARG LB000 IARG#(1)` made each job that takes one differ."""
+    text = inform("GETARG LB000 IARG#(1)", "SET B009 LB000", "DOUT OG#(26) B009")
+    text = text.replace("NOP\r\n", "///LVARS 1,0,0,0,0,0,0,0\r\nNOP\r\n", 1)
+    program = link(read(text, "inform"))
+    made = convert(program.program, "rapid", Context(robot=ROBOT, forms=True), date="2026/01/01 00:00")
+    runs = runs_of(program.program, made, "rapid", (ROBOT, None))
+    receipt = receipt_of(program, made.translated, "rapid", tuple(made.files), runs, (ROBOT, None))
+    assert not receipt.verdict.objections

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from olp.ir import expressions as ex
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import Declare, Parameter, is_same
+from olp.ir.program import Assign, Declare, Parameter, is_same
 from olp.ir.transformer import expressions_of
 from olp.runtime.assumptions import VARIABLE_LETTERS
 from olp.runtime.jobs import RunnableRoutine
@@ -427,8 +427,17 @@ def _argument(m: Machine, e: ex.Argument) -> Value:
     if m.frames:
         m.assume(f"argument {e.number} was not passed by the caller: taken as 0")
         return 0
-    value = uncalled_argument(m, e.number, "real")
+    value = uncalled_argument(m, e.number, "integer" if _takes_whole(m, e) else "real")
     return 0 if value is None else value
+
+
+_WHOLE_STORES: Final = frozenset({ex.Store.BYTE, ex.Store.INTEGER, ex.Store.DOUBLE})
+
+
+def _takes_whole(m: Machine, e: ex.Argument) -> bool:
+    """Whether all that take an argument are variables of whole numbers: who calls with a fraction errs."""
+    takers = [s.target for s in m.frame.job.body if type(s) is Assign and s.value == e]
+    return all(type(one) is ex.Variable and one.store in _WHOLE_STORES for one in takers)
 
 
 def uncalled_argument(m: Machine, number: int, type_: str) -> Value | None:
