@@ -4595,3 +4595,16 @@ def test_an_argument_that_goes_into_whole_numbers_is_tried_with_whole_numbers():
     runs = runs_of(program.program, made, "rapid", (ROBOT, None))
     receipt = receipt_of(program, made.translated, "rapid", tuple(made.files), runs, (ROBOT, None))
     assert not receipt.verdict.objections
+
+
+def test_a_place_that_an_instruction_which_goes_computes_is_not_to_be_taught():
+    """AS: `POINT .f = FRAME(o,x,y,o)` became a comment, and what is computed from `.f` said that nobody declares it."""
+    tables = ".TRANS\no 500 100 400 90 180 0\nx 600 100 400 90 180 0\ny 500 200 400 90 180 0\n.END\n"
+    rows = ["POINT .f = FRAME(o,x,y,o)", "POINT .p = .f+o", "SPEED 100 MM/S ALWAYS", "LMOVE .p", "LMOVE o"]
+    text = "\n".join([".PROGRAM main()", *rows, ".END", tables])
+    program = link(read_source(decode(text.encode(), "made.as"))).program
+    made = convert(program, "rapid", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    told = {x.line: x.says for x in made.translated.losses if "it needs" in x.says}
+    assert told.keys() == {3, 5}
+    assert "FRAME(o,x,y,o)' sets in a way that the target cannot" in told[3]
+    assert [x.line for x in made.translated.losses if x.leaves_out] == [2, 5]

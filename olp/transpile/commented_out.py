@@ -158,7 +158,7 @@ def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st
 def _filling(program: st.Program, work: TranslationContext) -> dict[int, str]:
     """The lines that are kept as their text and give values to variables: who reads these is told."""
     words = work.conventions.filling_words
-    found = (s for s in program.statements() if isinstance(s, st.Opaque)) if words else ()
+    found = (s for r in program.routines for _, s in work.look(r).rare if isinstance(s, st.Opaque))
     return {s.line: foreign_word(program.vendor, work.target) for s in found if _filled(s.text, words)}
 
 
@@ -560,10 +560,15 @@ _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*\Z", re.DOTALL)
 _ARGUMENT: Final = re.compile(  # what stands between two commas: texts, and brackets of two levels
     r'(?:"(?:[^"\\]|\\.)*+"|[(\[{](?:[^()\[\]{}]|[(\[{][^()\[\]{}]*+[)\]}])*+[)\]}]|[^,"(\[{])++'
 )
+_SET: Final = re.compile(r"\s*(?:[A-Za-z]+\s+)?([.#$]?\w[\w.]*+)\s*(?:\[[^\]]*+\]\s*)?:?=(?!=)")
 
 
 def _filled(text: str, words: Mapping[str, tuple[int, ...]]) -> list[str]:
-    """The variables, case folded, that an instruction gives values which is kept as its text."""
+    """The variables, case folded, that an instruction gives values which is kept as its text: `x = …`, `WORD x = …`,
+    and arguments of `words`.
+    """
+    if (target := _SET.match(text)) is not None:
+        return [target[1].casefold()]
     call = _CALL.match(text) if words else None
     if call is None or call[1].casefold() not in words:
         return []
