@@ -1,7 +1,8 @@
 """Frozen dataclasses that are built as fast as open ones: a program of many moves has a million of them.
 
 The `__init__` that dataclasses make for a frozen class sets each field through `object.__setattr__`, a call per field.
-Here the new object belongs, until its fields are set, to a class of the same layout that lets them be set.
+Here the new object belongs, until its fields are set, to a class of the same layout that lets them be set; the slots of
+few fields are set themselves.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, Final, TypeVar
 
 T = TypeVar("T")
+_FEW: Final = (
+    4  # fields, which are set one by one through their slots faster than the class changes there and back
+)
 _OPEN: Final[dict[type, type]] = {}  # of each class: the one that lets its fields be set
 
 
@@ -27,11 +31,19 @@ def fast_init(cls: type[T]) -> type[T]:
     known: dict[str, Any] = {"_default": MISSING}
     known |= {f"_default_{part.name}": part.default for part in parts if part.default is not MISSING}
     known |= {f"_make_{part.name}": part.default_factory for part in parts if _is_made(part)}
-    rows = ["_becomes(self, '__class__', _Open)"]
-    for part in parts:
-        value = f"_make_{part.name}() if {part.name} is _default else {part.name}"
-        rows.append(f"self.{part.name} = {value if _is_made(part) else part.name}")
-    made = _function(cls, "__init__", ", ".join(["self", *map(_argument, parts)]), rows, known)
+    values = [
+        f"_make_{part.name}() if {part.name} is _default else {part.name}" if _is_made(part) else part.name
+        for part in parts
+    ]
+    arguments = ", ".join(["self", *map(_argument, parts)])
+    if len(parts) <= _FEW:
+        known |= {f"_set_{name}": getattr(cls, name).__set__ for name in names}
+        rows = [f"_set_{name}(self, {value})" for name, value in zip(names, values, strict=True)]
+        made = _function(cls, "__init__", arguments, rows or ["pass"], known, is_open=False)
+    else:
+        rows = ["_becomes(self, '__class__', _Open)"]
+        rows += [f"self.{name} = {value}" for name, value in zip(names, values, strict=True)]
+        made = _function(cls, "__init__", arguments, rows, known)
     made.__annotations__ = dict(cls.__init__.__annotations__)
     cls.__init__ = made  # type: ignore[method-assign]
     return cls
@@ -52,10 +64,16 @@ def changer(cls: type[T]) -> Callable[[T, Mapping[str, Any]], T]:
 
 
 def _function(
-    cls: type, name: str, arguments: str, rows: list[str], known: Mapping[str, Any], last: str = ""
+    cls: type,
+    name: str,
+    arguments: str,
+    rows: list[str],
+    known: Mapping[str, Any],
+    last: str = "",
+    is_open: bool = True,
 ) -> Any:
     """A function that ends with `self` as a `cls`, as dataclasses make theirs: all text in it is the fields' names."""
-    rows = [*rows, "self.__class__ = _Closed", *([last] if last else [])]
+    rows = [*rows, *(["self.__class__ = _Closed"] if is_open else []), *([last] if last else [])]
     text = f"def {name}({arguments}):\n" + "".join(f"    {row}\n" for row in rows)
     made: dict[str, Any] = {}
     exec(text, {"_becomes": object.__setattr__, "_Open": _OPEN[cls], "_Closed": cls, **known}, made)

@@ -362,6 +362,14 @@ def sets_numbers(s: object) -> bool:
     return True
 
 
+def is_plain(s: object) -> bool:
+    """Return whether a statement is a usual move to a plain target, or sets modal speeds or blends to numbers."""
+    kind = type(s)
+    if kind is Move:
+        return type(s.targets[0]) in _LEAVES and is_usual(s)  # type: ignore[arg-type, attr-defined]
+    return (kind is SetSpeed or kind is SetBlend) and sets_numbers(s)
+
+
 def calls_nothing(s: object) -> bool:
     """Return whether a statement is a usual move to a plain target, so that it contains neither a call nor a
     computation.

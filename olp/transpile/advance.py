@@ -29,6 +29,7 @@ from olp.transpile.reaching_definitions import UNSET, Key, reaching
 
 _STOP: Final = st.Blend(st.BlendKind.RADIUS, Quantity(Number(0), mm))
 _WAITING: Final = (st.PulseOutput, st.Wait, st.Dwell, st.Pause)
+_PASSED_ON: Final = (*st.MOVES_NOTHING, *_WAITING, st.Process, st.SetOutput, st.Assign)
 _ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
 CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
 _WORD: Final = (("", Text("CONTINUE")),)
@@ -146,7 +147,7 @@ def overrides_ahead(program: st.Program, work: TranslationContext) -> st.Program
 
 
 def _with_overrides(program: st.Program, work: TranslationContext, waited: bool) -> st.Program:
-    if not any(isinstance(s, st.SetOverride) for s in program.statements()):
+    if not any(isinstance(s, st.SetOverride) for s in work.rare(program)):
         return program
 
     def last(s: st.Statement) -> Mapping[Key, int]:
@@ -179,12 +180,12 @@ def needless_stands(program: st.Program, work: TranslationContext) -> st.Program
         return program
     stand = work.limits.stand
     first = program.main or (program.routines[0].name if program.routines else "")
+    if not any(_only_stands(s, stand) for s in work.rare(program)):
+        return program
     moves = [s for s in program.statements() if isinstance(s, st.Move)]
     passed = {
         id(s): n for n, s in enumerate(moves, 1) if s.no_wait or s.blend is None or not _is_exact(s.blend)
     }
-    if not any(_only_stands(s, stand) for r in program.routines for _, s in work.look(r).rare):
-        return program
     kinds = frozenset({st.Move, st.Pause, st.Process if stand else st.Dwell})
 
     def last(s: st.Statement) -> Mapping[Key, int]:
@@ -246,7 +247,7 @@ class _Stops:
                 return False
             if not continued and self._waits(s):
                 return True
-            if not isinstance(s, (*st.MOVES_NOTHING, *_WAITING, st.Process, st.SetOutput, st.Assign)):
+            if not isinstance(s, _PASSED_ON):
                 return None
             continued = continued and isinstance(s, st.Comment)
         return False if is_main else None

@@ -279,7 +279,7 @@ def _counted(program: st.Program, work: TranslationContext) -> st.Program:
     """Not all languages take a name where they declare an array."""
     declared = [
         *program.data,
-        *(d for r in program.routines for d in (*r.data, *r.body) if isinstance(d, st.Declare)),
+        *(d for r in program.routines for d in (*r.data, *work.look(r).of_kind(st.Declare))),
     ]
     if all(isinstance(size, (ex.Number, ex.Unknown)) for d in declared for size in d.sizes):
         return program

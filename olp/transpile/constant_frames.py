@@ -188,6 +188,8 @@ def active_systems(program: st.Program, work: TranslationContext) -> st.Program:
     """Readings of the active tool or frame become the name of the one that is active there."""
     if not work.limits.named_frames:
         return program
+    if not any(isinstance(s, st.Assign) and _reads_system(s.value) for s in work.rare(program)):
+        return program
     return replace(program, routines=tuple(replace(r, body=_with_held(r.body)) for r in program.routines))
 
 

@@ -204,10 +204,16 @@ class TranslationContext:
         default_factory=dict
     )  # what is to be done before it runs -> with what
     walk: Walk | None = None  # through the program as it is before its speeds are converted
+    conventions: Conventions = field(init=False)  # what programs of the source's language mean
+    target_conventions: Conventions = field(init=False)  # and those of the target's
     _world: list[World] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
     _symbols: tuple[st.Program, Symbols] | None = None  # of the program as it was last seen
     _looks: dict[str, Look] = field(default_factory=dict)  # at each routine as it was last seen
+
+    def __post_init__(self) -> None:
+        self.conventions = conventions_of(self.source.vendor)
+        self.target_conventions = conventions_of(self.target)
 
     @property
     def robot(self) -> Robot | None:
@@ -284,22 +290,18 @@ class TranslationContext:
         """The source's routine called `name`."""
         return next(routine for routine in self.source.routines if routine.name == name)
 
-    @property
-    def conventions(self) -> Conventions:
-        """What programs of the source's language mean."""
-        return conventions_of(self.source.vendor)
-
-    @property
-    def target_conventions(self) -> Conventions:
-        """What programs of the target's language mean."""
-        return conventions_of(self.target)
-
     def look(self, routine: st.Routine) -> Look:
         """What occurs in a routine of the program as it is now."""
         known = self._looks.get(routine.name)
         if known is None or known.body is not routine.body:
             known = self._looks[routine.name] = Look(routine.body)
         return known
+
+    def rare(self, program: st.Program) -> Iterator[st.Statement]:
+        """The statements of the program as it is now that are not plain."""
+        for routine in program.routines:
+            for _, s in self.look(routine).rare:
+                yield s
 
     def literals(self, program: st.Program) -> Iterator[ex.PositionLiteral]:
         """Every position that is written out in the program as it is now."""

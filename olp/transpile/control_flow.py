@@ -43,7 +43,7 @@ def calls_without_return(program: st.Program, work: TranslationContext) -> st.Pr
 
     Where routines call each other in this way, the calls would nest ever deeper.
     """
-    found = [s for s in program.statements() if isinstance(s, st.Call) and s.jump]
+    found = [s for s in work.rare(program) if isinstance(s, st.Call) and s.jump]
     if not found:
         return program
     routines = {r.name.casefold(): r for r in program.routines}

@@ -183,7 +183,7 @@ def _current_position_moves_routine(
     body = list(routine.body)
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
     stand: list[int] = []  # rows before which the target needs a statement that stops the arm
-    for at, s in enumerate(body):
+    for at, s in work.look(routine).rare:
         if isinstance(s, st.Dwell) and _is_passed(s, work):
             before = _before(body, at)
             passed = before is Lead.OPEN or (before is Lead.BEGIN and routine is not first)
@@ -212,10 +212,10 @@ def _current_position_moves_routine(
             open_ = any(isinstance(x, st.Move) and not _stops(x) for x in program.statements())
             if open_:
                 work.lose(s, Fate.APPROXIMATED, "position", _UNKNOWN)
-    if any(isinstance(x, st.Move) and not _stops(x) for x in program.statements()):
+    if stand and any(isinstance(x, st.Move) and not _stops(x) for x in program.statements()):
         for at in reversed(stand):
             body.insert(at, st.Process(body[at].line, work.limits.stand))
-    return replace(routine, body=tuple(body))
+    return with_rows(routine, body)
 
 
 def _is_passed(s: st.Dwell, work: TranslationContext) -> bool:
@@ -574,7 +574,7 @@ _PART_OF_OTHERS: Final = "a move within a shift of all targets"
 
 def shifts(program: st.Program, work: TranslationContext) -> st.Program:
     """Each target with the shift that is active at its move; ShiftOn and ShiftOff set a variable, or are dropped."""
-    if not any(isinstance(s, st.ShiftOn) for s in program.statements()):
+    if not any(isinstance(s, st.ShiftOn) for s in work.rare(program)):
         return program
     return _Shifts(program, work, work.symbols(program)).program_without()
 

@@ -10,7 +10,7 @@ from typing import Final
 
 from olp.core.diagnostic import OlpError, error
 from olp.ir.expressions import CallValue, Expression, Named, PositionLiteral, RecordLiteral
-from olp.ir.program import Declare, Program, Return, Routine, Statement
+from olp.ir.program import Declare, Program, Return, Routine
 from olp.ir.transformer import expressions_of, gather, note_names
 from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
@@ -50,14 +50,16 @@ def drop_unused_records(program: Program, work: TranslationContext) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     named: list[Expression] = []
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
-    for s in program.statements():
-        if type(s) is Declare:
-            everything.append(s)
-            if any(type(e) is CallValue for e in expressions_of(s)):  # which may do something
-                named.append(Named(s.name))
-        else:
-            gather(s, named)
-    used = {e.name for e in named if type(e) is Named}
+    looks = [work.look(r) for r in program.routines]
+    for look in looks:
+        for _, s in look.rare:
+            if type(s) is Declare:
+                everything.append(s)
+                if any(type(e) is CallValue for e in expressions_of(s)):  # which may do something
+                    named.append(Named(s.name))
+            else:
+                gather(s, named)
+    used = {e.name for e in named if type(e) is Named}.union(*(look.names_in_moves() for look in looks))
     by_name = {d.name: d for d in everything}
     naming = {name: d for name, d in by_name.items() if type(d.value) is not PositionLiteral}
     todo = list(used & naming.keys())
@@ -91,9 +93,11 @@ def drop_unused_records(program: Program, work: TranslationContext) -> Program:
             replace(
                 r,
                 data=tuple(d for d in r.data if kept(d)),
-                body=tuple([s for s in r.body if type(s) is not Declare or kept(s)]),
+                body=r.body
+                if all(map(kept, look.of_kind(Declare)))
+                else tuple([s for s in r.body if type(s) is not Declare or kept(s)]),
             )
-            for r in program.routines
+            for r, look in zip(program.routines, looks, strict=True)
         ),
     )
 
@@ -132,13 +136,13 @@ def _refuse_heads(program: Program, said: Set[str], work: TranslationContext) ->
             work.lose(r.line, Fate.REFUSED, "parameter", _alien(alien.name, alien.type, work))
         elif r.returns not in said:
             work.lose(r.line, Fate.REFUSED, "result", _alien(f"what {r.name} returns", r.returns, work))
-        elif not r.returns and (given := next(filter(_gives, r.body), None)):
+        elif not r.returns and (given := next(filter(_gives, work.look(r).of_kind(Return)), None)):
             says = f"what {r.name} returns has a type that nothing tells"
             work.lose(r.line if r.parameters else given, Fate.REFUSED, "result", says)
 
 
-def _gives(s: Statement) -> bool:
-    return type(s) is Return and type(s.value) is RecordLiteral
+def _gives(s: Return) -> bool:
+    return type(s.value) is RecordLiteral
 
 
 def _alien(name: str, kind: str, work: TranslationContext) -> str:

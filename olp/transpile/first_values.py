@@ -19,6 +19,7 @@ from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.runtime.assumptions import Given
 from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, saved_position
 from olp.transpile.context import SET_BACK, Fate, TranslationContext, world_of
+from olp.transpile.occurrences import changed_rare
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.symbols import Symbols, base_of
 
@@ -83,7 +84,8 @@ def _taught(s: st.Declare, value: ex.Expression | None, work: TranslationContext
 
 
 def is_untaught(e: ex.Expression) -> TypeGuard[ex.PositionLiteral]:
-    return type(e) is ex.PositionLiteral and bool(e.values) and all(v != v for v in e.values[:6])
+    values = e.values if type(e) is ex.PositionLiteral else ()
+    return bool(values) and values[0] != values[0] and all(v != v for v in values[:6])
 
 
 def with_zeros(untaught: ex.PositionLiteral) -> ex.PositionLiteral:
@@ -136,7 +138,7 @@ _PLACED_DATA: Final = ("tool", "frame")
 def persistent_variables(program: st.Program, work: TranslationContext) -> st.Program:
     """Variables whose last value the next run reads become persistent; reported where the target has no such data."""
     given = {d.name for d in program.data if lasts(d, work)}
-    parts = {name: found for name, found in _changed_parts(program).items() if name in given}
+    parts = {name: found for name, found in _changed_parts(program, work).items() if name in given}
     if not parts:
         return program
     read = _read_first(program, parts)
@@ -169,10 +171,10 @@ def lasts(d: st.Declare, work: TranslationContext) -> bool:
     return known and (d.storage == "persistent" or (work.conventions.data_last and d.storage == "variable"))
 
 
-def _changed_parts(program: st.Program) -> dict[str, set[str]]:
+def _changed_parts(program: st.Program, work: TranslationContext) -> dict[str, set[str]]:
     """By variable the members and elements that statements set, "" where they set all of it or one that is computed."""
     found: dict[str, set[str]] = {}
-    for s in program.statements():
+    for s in work.rare(program):
         for name, part in _parts_set(s):
             found.setdefault(name, set()).add(part)
     return found
@@ -279,9 +281,11 @@ def filled_arrays(program: st.Program, work: TranslationContext) -> st.Program:
         return program
 
     used: set[str] = set()
-    for s in program.statements():
-        for e in expressions_of(s):
-            note_names(e, used)
+
+    def is_used(name: str) -> bool:
+        if not used:
+            used.update(*(work.look(r).names() for r in program.routines))
+        return name in used
 
     def row(d: st.Declare) -> st.Declare:
         counts = [int(size.value) for size in d.sizes if type(size) is ex.Number]
@@ -291,17 +295,16 @@ def filled_arrays(program: st.Program, work: TranslationContext) -> st.Program:
         value = _whole(d.value, counts, zero)
         if value is d.value:
             return d
-        if d.name in used:
+        if is_used(d.name):
             says = f"elements of {d.name} that have no first value are zeros there"
             work.lose(d.line, Fate.APPROXIMATED, "value", says)
         return replace(d, value=value)
 
+    def statement(s: st.Statement) -> st.Statement:
+        return row(s) if isinstance(s, st.Declare) else s
+
     routines = [
-        replace(
-            r,
-            data=tuple(map(row, r.data)),
-            body=tuple(row(s) if isinstance(s, st.Declare) else s for s in r.body),
-        )
+        replace(changed_rare(r, work.look(r), statement), data=tuple(map(row, r.data)))
         for r in program.routines
     ]
     return replace(program, data=tuple(map(row, program.data)), routines=tuple(routines))
@@ -340,7 +343,7 @@ def shared_default_values(program: st.Program, work: TranslationContext) -> st.P
     } - work.helpers
     if not open_:
         return program
-    parts = _changed_parts(program)
+    parts = _changed_parts(program, work)
     read = _read_first(program, {name: parts.get(name, {""}) for name in open_})
     used = _elements_used(program, work)
     data = []
@@ -359,7 +362,7 @@ def unset_data(program: st.Program, work: TranslationContext) -> st.Program:
         return program
     kinds = {*_ZEROS, "position", "joints"}
     open_ = {d.name for d in program.data if d.value is None and d.type in kinds and d.comment != UNDECLARED}
-    parts = _changed_parts(program) if open_ else {}
+    parts = _changed_parts(program, work) if open_ else {}
     for name, s in _read_first(program, {name: parts.get(name, {""}) for name in open_}).items():
         says = f"on some path nothing has set {name}, which another program may set: it begins with zero"
         work.lose(s, Fate.APPROXIMATED, "value", says)

@@ -400,7 +400,8 @@ def _declarations(program: st.Program) -> Iterator[tuple[str, st.Declare]]:
     yield from (("", d) for d in program.data)
     for routine in program.routines:
         yield from ((routine.name, d) for d in routine.data)
-        yield from ((routine.name, s) for s in routine.body if isinstance(s, st.Declare))
+        if st.Declare in set(map(type, routine.body)):
+            yield from ((routine.name, s) for s in routine.body if type(s) is st.Declare)
 
 
 def _element(value: ex.Expression | None) -> ex.RecordLiteral | None:

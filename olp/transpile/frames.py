@@ -538,7 +538,7 @@ def _as_arrays(program: st.Program, work: TranslationContext) -> st.Program:
     if not limits.named_frames or limits.frame_numbers or limits.pose_functions:
         return program
     users: dict[str, st.Statement] = {}  # the first with a computed number
-    for s in (s for r in program.routines for s in r.body):
+    for s in program.statements() if _any_computed(program, work) else ():
         for e in _numbered_in(s):
             if not isinstance(e.number, ex.Number):
                 users.setdefault(e.kind, s)
@@ -607,6 +607,18 @@ def _filled(listed: st.Declare, user: st.Statement, work: TranslationContext) ->
         for at, one in enumerate(members, 1)
     ]
     return replace(value, members=tuple(filled))
+
+
+def _any_computed(program: st.Program, work: TranslationContext) -> bool:
+    """Whether any statement takes a tool or a frame by a computed number."""
+    looks = [work.look(r) for r in program.routines]
+    plain = (e for look in looks for _, e in look.systems)
+    systems = (_system(e) for e in plain if isinstance(e, (ex.FrameRef, ex.Item)))
+    if any(e is not None and not isinstance(e.number, ex.Number) for e in systems):
+        return True
+    return any(
+        not isinstance(e.number, ex.Number) for look in looks for _, s in look.rare for e in _numbered_in(s)
+    )
 
 
 def _numbered_in(s: st.Statement) -> Iterator[ex.FrameRef]:

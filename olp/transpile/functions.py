@@ -40,7 +40,8 @@ def functions(program: Program, work: TranslationContext) -> Program:
         program = _moved(program)
     symbols = work.symbols(program)
     flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
-    goals = _goals(program)
+    near = work.limits.near_joints
+    goals: set[str] = set() if near else _goals(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -63,7 +64,11 @@ def functions(program: Program, work: TranslationContext) -> Program:
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
 
         for s in routine.body:
-            if isinstance(s, Move) and s.path is Path.JOINT and not work.limits.near_joints:
+            plain = type(s) is Move and type(s.targets[0]) is ex.Named and s.until is None
+            if plain and (near or s.path is not Path.JOINT):  # nearly every statement
+                rows.append(s)
+                continue
+            if isinstance(s, Move) and s.path is Path.JOINT and not near:
                 s = _in_frame(s, goals, symbols, routine.name)
                 s = replace(
                     s, targets=tuple(_joints(t, symbols, routine.name, flagged, work, s) for t in s.targets)
@@ -479,7 +484,9 @@ def arguments(program: Program, work: TranslationContext) -> Program:
     if not work.limits.ordered_arguments:
         return program
     known = {r.name.casefold(): r.parameters for r in program.routines if _is_filled(r.parameters)}
-    if not any(p.optional for parameters in known.values() for p in parameters) and not _by_name(program):
+    if not any(p.optional for parameters in known.values() for p in parameters) and not _by_name(
+        program, work
+    ):
         return program
 
     def change(e: ex.Expression) -> ex.Expression:
@@ -575,12 +582,9 @@ def _is_filled(parameters: tuple[Parameter, ...]) -> bool:
     return all(not p.switch and (not p.optional or p.default is not None) for p in parameters)
 
 
-def _by_name(program: Program) -> bool:
+def _by_name(program: Program, work: TranslationContext) -> bool:
     return any(
-        type(e) is ex.NamedArgument
-        for s in program.statements()
-        if not calls_nothing(s)
-        for e in expressions_of(s)
+        type(e) is ex.NamedArgument for routine in program.routines for e in work.look(routine).expressions
     )
 
 

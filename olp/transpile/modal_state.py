@@ -8,13 +8,24 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from math import inf
 from typing import Any, Final
 
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm, percent
 from olp.ir import program as st
-from olp.ir.expressions import Binary, Expression, FrameRef, Item, Named, Number, PositionLiteral, Quantity
+from olp.ir.expressions import (
+    Binary,
+    Expression,
+    FrameRef,
+    Item,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    SystemValue,
+)
 from olp.ir.transformer import calls_nothing, edited, expressions_of
 from olp.languages.limits import limits_of
 from olp.runtime.poses import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
@@ -317,7 +328,7 @@ class _Modal:
             self.work.ask(self.unset_tool, self.routine or "the program")
         if self.unset_frame is not None and changes.get("frame") is _BASE and not self._is_of_axes(s):
             self.work.ask(self.unset_frame, self.routine or "the program")
-        for which in ("tool", "frame"):
+        for which in ("tool", "frame") if s.tool is None or s.frame is None else ():
             if _lost(changes.get(which)):
                 self._lose(s, which, changes[which])
                 del changes[which]
@@ -328,8 +339,10 @@ class _Modal:
                 self._fold_override(s, changes)
         s = edited(s, changes) if changes else s
         # Where positions keep the base that they were read in, a move to where the arm is needs no frame.
-        plain = calls_nothing(s) and (s.targets[0] != HERE or self.work.limits.position_read_in == "base")
-        if self.work.conventions.names_read_frames or plain or HERE not in expressions_of(s):
+        if self.work.conventions.names_read_frames:
+            return s
+        plain = type(s.targets[0]) is not SystemValue or self.work.limits.position_read_in == "base"
+        if (plain and calls_nothing(s)) or HERE not in expressions_of(s):
             return s
         read = read_here(s, (s.tool, s.frame), (s.tool, s.frame), self.work)
         assert isinstance(read, st.Move)
@@ -453,7 +466,7 @@ class _Modal:
     def noted(self, s: st.Statement) -> list[st.Statement]:
         """Assignments to the variables that hold what a statement sets, where a later one needs them."""
         rows: list[st.Statement] = []
-        for key, value in self._given(s).items() if self.assigned else ():
+        for key, value in self._given(s).items():
             wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
             if wanted is not None:
                 if key in self.by_number:
@@ -464,8 +477,8 @@ class _Modal:
 
     def kept(self, s: st.Statement) -> list[st.Statement]:
         """What a modal statement becomes: assignments to the variables that need it, and its comment."""
-        rows = self.noted(s)
-        comment = getattr(s, "comment", "")
+        rows = self.noted(s) if self.assigned else []
+        comment: str = s.comment  # type: ignore[union-attr]
         if isinstance(s, st.SetOverride) and self.work.limits.has_override:
             if (
                 self.work.conventions.override_begins_anew
@@ -646,7 +659,9 @@ class _Outlasting:
     def numbered(self) -> dict[int, st.Statement]:
         """The modal statement of each definition."""
         if self._number_of is None:
-            modal = {id(s): s for s in self.own.program.statements() if type(s) in _MODAL_KINDS}
+            ids = {one for one, _ in self.own.numbers}
+            found = (s for s in self.own.program.statements() if ids and id(s) in ids)
+            modal = {id(s): s for s in found if type(s) in _MODAL_KINDS}
             self._number_of = {n: modal[one] for (one, _), n in self.own.numbers.items() if one in modal}
         return self._number_of
 
@@ -657,10 +672,12 @@ class _Outlasting:
                 self.unused.pop(id(self.numbered[number]), None)
         if not (self.unused or self.handed):
             return
-        lines = Counter(s.line for s in self.own.program.statements() if type(s) in _MODAL_KINDS)
         # What a language sets by itself: as a routine begins, and again behind a move that a setting held for alone.
-        lines += Counter({routine.line: _INITIAL for routine in self.own.program.routines})
-        lines += Counter({s.line: _INITIAL for s in self.own.program.statements() if type(s) is st.Move})
+        lines = Counter({routine.line: _INITIAL for routine in self.own.program.routines})
+        asked = {s.line for s in (*self.unused.values(), *(s for _, s in self.handed))}
+        for s in self.own.program.statements():
+            if s.line in asked and ((kind := type(s)) is st.Move or kind in _MODAL_KINDS):
+                lines[s.line] += _INITIAL if kind is st.Move else 1
         for s in sorted(self.unused.values(), key=lambda s: s.line):
             if lines[s.line] < _INITIAL and self._is_lost(s):
                 work.lose(s, Fate.APPROXIMATED, "scope", _NOT_SET)
@@ -700,9 +717,9 @@ _HANDED: Final[Mapping[type, str]] = {
 }
 
 
-def _ending(program: st.Program) -> set[str]:
+def _ending(program: st.Program, work: TranslationContext) -> set[str]:
     """The routines, case folded, behind which another program comes: that start, and what they call last of all."""
-    called = {s.routine.casefold() for s in program.statements() if type(s) is st.Call}
+    called = {s.routine.casefold() for s in work.rare(program) if type(s) is st.Call}
     main = (program.main or program.routines[0].name).casefold()
     due = [
         r for r in program.routines if r.starts or (name := r.name.casefold()) == main or name not in called
@@ -731,7 +748,8 @@ def _asks(s: st.Move) -> _Asks:
     )
 
 
-def _wanted(asks: _Asks) -> set[Key]:
+@lru_cache(maxsize=256)
+def _wanted(asks: _Asks) -> frozenset[Key]:
     joint, speed, blend, rate, turn = asks
     found: set[Key] = {_OVERRIDE, _FASTEST, *_SYSTEMS}
     if speed:
@@ -743,7 +761,7 @@ def _wanted(asks: _Asks) -> set[Key]:
         found |= set(_RATES[joint])
     if turn:
         found.add(_TURNING)
-    return found
+    return frozenset(found)
 
 
 def _scale(key: Key) -> float:
@@ -784,7 +802,7 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
         return program
     own = _Modal(program, work, work.symbols(program))
     own.note_numbers()
-    own.bounded = any(type(s) is st.SetOverride and s.fastest is not None for s in program.statements())
+    own.bounded = any(type(s) is st.SetOverride and s.fastest is not None for s in work.rare(program))
     own.unset_tool = _UNSET_TOOL if _chooses_by_statement(program.vendor) else None
     chooses = own.unset_tool is not None and not limits_of(program.vendor).pose_functions
     own.unset_frame = _UNSET_FRAME if chooses else None
@@ -792,7 +810,7 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
     bodies, outlasting = [], _Outlasting(own)
-    ending = _ending(program)
+    ending = _ending(program, work)
     for routine in program.routines:
         own.routine, own.last = routine.name, UNSEEN
         states = own.flow.before.get(routine.name)
@@ -810,8 +828,10 @@ def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
         for original, s in zip(routine.body, body, strict=True):
             if type(original) in _MODAL_KINDS:
                 rows += own.kept(original)
-            else:
-                rows += (*(own.noted(original) if type(original) is st.Move else ()), s)
+                continue
+            if own.assigned and type(original) is st.Move:
+                rows += own.noted(original)
+            rows.append(s)
         if own.begins and (routine.starts or routine.name == (program.main or program.routines[0].name)):
             rows = behind_declarations(tuple(rows), own.begins)
         routines.append(replace(routine, body=tuple(rows)))

@@ -136,7 +136,7 @@ def references(program: st.Program, work: TranslationContext) -> st.Program:
 def _hands_values(program: st.Program, work: TranslationContext) -> bool:
     """Whether a call hands a parameter that is a reference anything else than a variable of the target."""
     taken = {r.name.casefold(): r.parameters for r in program.routines}
-    for s in program.statements():
+    for s in work.rare(program):
         calls: list[st.Call | ex.CallValue] = [s] if isinstance(s, st.Call) else []
         calls += [e for e in expressions_of(s) if isinstance(e, ex.CallValue)]
         for call in calls:

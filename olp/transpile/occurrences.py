@@ -13,9 +13,10 @@ from typing import Any, TypeVar
 
 from olp.ir.expressions import Expression, Named, Number, PositionLiteral
 from olp.ir.program import Declare, Disabled, Move, Program, Routine, Statement, Wait
-from olp.ir.transformer import calls_nothing, expressions_of, gather, note_names, sets_numbers
+from olp.ir.transformer import expressions_of, gather, is_plain, note_names
 
 Part = TypeVar("Part", Program, Routine)
+Kind = TypeVar("Kind")
 
 
 @dataclass(slots=True)
@@ -30,17 +31,22 @@ class Look:
     _values: list[Expression] | None = None
 
     def __post_init__(self) -> None:
+        plain, rare = self.plain, self.rare
         for at, s in enumerate(self.body):
-            if calls_nothing(s):
-                self.plain.append(s)  # type: ignore[arg-type]
-            elif not sets_numbers(s):
-                self.rare.append((at, s))
+            if not is_plain(s):
+                rare.append((at, s))
+            elif type(s) is Move:
+                plain.append(s)
 
     def handled(self) -> list[Statement]:
         """Where a wait has a limit, what handlers may do about it."""
         if not any(isinstance(s, Wait) and s.timeout is not None for _, s in self.rare):
             return []
         return [inner for _, s in self.rare if isinstance(s, Disabled) for inner in s.means]
+
+    def of_kind(self, *kinds: type[Kind]) -> list[Kind]:
+        """The statements of these classes, none of which is a move or sets modal speeds or blends."""
+        return [s for _, s in self.rare if isinstance(s, kinds)]
 
     @property
     def expressions(self) -> list[Expression]:
@@ -88,8 +94,12 @@ class Look:
 
     def names(self) -> set[str]:
         """The variables that the statements name."""
+        return self.names_in_moves() | {e.name for e in self.expressions if type(e) is Named}
+
+    def names_in_moves(self) -> set[str]:
+        """The variables that plain moves name."""
         found = {s.targets[0].name for s in self.plain if type(s.targets[0]) is Named}
-        others = [*self.expressions, *self.values]
+        others = list(self.values)
         for s in self.direct():
             gather(s.targets, others)
         found.update([e.name for e in others if type(e) is Named])
@@ -105,6 +115,19 @@ def changed_rare(routine: Routine, look: Look, change: Callable[[Statement], Sta
             rows = rows or list(look.body)
             rows[at] = new
     return routine if rows is None else replace(routine, body=tuple(rows))
+
+
+def with_rare_rows(routine: Routine, look: Look, change: Callable[[Statement], list[Statement]]) -> Routine:
+    """`routine` with what `change` makes of every statement that is not plain; the same where nothing changes."""
+    rows: list[Statement] = []
+    done = 0
+    for at, s in look.rare:
+        new = change(s)
+        if len(new) != 1 or new[0] is not s:
+            rows += look.body[done:at]
+            rows += new
+            done = at + 1
+    return replace(routine, body=(*rows, *look.body[done:])) if done else routine
 
 
 def names_of_data(data: Iterable[Declare]) -> set[str]:

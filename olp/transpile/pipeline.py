@@ -265,15 +265,13 @@ _TO_NAMES: Final[tuple[Pass, ...]] = (
 )
 
 
-def _called(program: Program) -> set[str]:
+def _called(program: Program, work: TranslationContext) -> set[str]:
     """The routines that statements call, case folded."""
-    found: set[str] = set()
-    for s in program.statements():
-        if isinstance(s, (Call, StartTask)):
-            found.add(s.routine.casefold())
-        if not calls_nothing(s):
-            found |= {e.routine.casefold() for e in expressions_of(s) if isinstance(e, CallValue)}
-    return found
+    looks = [work.look(r) for r in program.routines]
+    found = {s.routine.casefold() for look in looks for s in look.of_kind(Call, StartTask)}
+    return found | {
+        e.routine.casefold() for look in looks for e in look.expressions if isinstance(e, CallValue)
+    }
 
 
 _STARTED_APART: Final = (
@@ -291,7 +289,7 @@ def separate_start(program: Program, work: TranslationContext) -> Program:
         return program
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
     has_data = program.data or any(r.data or r.parameters for r in program.routines)
-    if first.returns or not has_data or first.name.casefold() not in _called(program):
+    if first.returns or not has_data or first.name.casefold() not in _called(program, work):
         return program
     name = work.fresh(f"{first.name}_start")
     work.ask(_STARTED_APART, name)

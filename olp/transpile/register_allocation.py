@@ -121,7 +121,7 @@ class PositionNumbers:
             return
         needed: dict[ex.Store, int] = {}
         kinds: dict[str, ex.Store] = {}
-        used = {name for s in program.statements() for name in _variables_in(s)}
+        used = set[str]().union(*(self.work.look(r).names() for r in program.routines))
         for d in program.data:
             symbol = self.symbols.find("", d.name)
             if symbol is not None and d.name in used:
@@ -316,19 +316,22 @@ class PositionNumbers:
         return ex.Variable(ex.Store.ROBOT, ex.Number(at))
 
     def taught(self, literal: ex.PositionLiteral, place: Place, name: str, untaught: str = "") -> ex.Taught:
-        points = self.points.setdefault(self.routine_name, {})
-        new = len(points) + self.registers.first_point
+        points = self.points.get(self.routine_name)
+        if points is None:
+            points = self.points[self.routine_name] = {}
+        registers = self.work.limits.registers
+        assert registers is not None
+        new = len(points) + registers.first_point
         at = points.setdefault((literal, place, untaught), new)
         if at == new:
             self.names[(self.routine_name, at)] = "" if _NUMBERED.fullmatch(name) else name
-            shown = self.registers.point.format(number=at)
             if name:
-                self.work.names[("point", name)] = shown
+                self.work.names[("point", name)] = registers.point.format(number=at)
         return ex.Taught(ex.Store.ROBOT, at)
 
     def _with_values(self, literal: ex.PositionLiteral, line: int) -> ex.PositionLiteral:
         """A position that was never taught as the target can hold it."""
-        if not is_untaught(literal) or self.work.limits.untaught_points:
+        if self.work.limits.untaught_points or not is_untaught(literal):
             return literal
         says = "a position that was never taught: zeros are written in its place"
         self.work.lose(line, Fate.APPROXIMATED, "value", says)
@@ -337,7 +340,7 @@ class PositionNumbers:
 
     def _configured(self, literal: ex.PositionLiteral) -> ex.PositionLiteral:
         """Registers have an arm configuration with every pose; where the source has none, it is that of the plan."""
-        if self.registers.steps or literal.kind != "pose" or literal.configuration or self.work.robot is None:
+        if literal.configuration or self.registers.steps or literal.kind != "pose" or self.work.robot is None:
             return literal
         if not self.told:
             says = "the source names no arm configuration: that of the plan is written, where not known N U T: check it"
@@ -678,9 +681,11 @@ class _Numbers(PositionNumbers):
             fixed, own = self._configured(fixed), e.name if isinstance(e, ex.Named) else ""
             if s.relative is not None:
                 return self.constant(fixed, place) if self.registers.steps else fixed
-            untaught = spell(e) if is_untaught(fixed) else ""
+            if not is_untaught(fixed):
+                return self.taught(fixed, place, own)
+            untaught = spell(e)
             point = self.taught(self._with_values(fixed, s.line), place, own, untaught)
-            if untaught and self.work.limits.untaught_points and self.work.source.vendor != self.work.target:
+            if self.work.limits.untaught_points and self.work.source.vendor != self.work.target:
                 shown = self.registers.point.format(number=point.number)
                 self.work.ask("teach these points, or the program stops there", f"{shown} (line {s.line})")
             return point
@@ -894,6 +899,8 @@ def table(rows: list[tuple[bool, int, ex.PositionLiteral, Place]], untaught: boo
 
 def _as_row(literal: ex.PositionLiteral, units: Iterable[tuple[str, str]]) -> ex.PositionLiteral:
     """A position with its external axes among its values."""
+    if not literal.external:
+        return literal
     scales = [mm if unit == "mm" else deg for _, unit in units]
     further = [v * scale for v, scale in zip(literal.external, scales, strict=False)]
     if not further:

@@ -22,7 +22,7 @@ from olp.languages.vendor import language_of
 from olp.runtime.assumptions import holds_number
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.occurrences import with_rows
+from olp.transpile.occurrences import Look, changed_rare, with_rare_rows, with_rows
 from olp.transpile.signal_variables import NUMBER
 from olp.transpile.symbols import Symbols
 
@@ -411,7 +411,7 @@ _INVERTS: Final = "a pulse that switches it on is written"
 
 def pulses(program: st.Program, work: TranslationContext) -> st.Program:
     """Every pulse with its time, as each language takes another one where none is named; those to off are refused."""
-    if not any(isinstance(s, st.PulseOutput) for s in program.statements()):
+    if not any(isinstance(s, st.PulseOutput) for s in work.rare(program)):
         return program
     own = work.conventions
     usual = own.usual_pulse
@@ -543,7 +543,10 @@ def signal_aliases(program: st.Program, work: TranslationContext) -> st.Program:
         return program
     symbols = work.symbols(program)
     own = _Aliases(work)
-    routines = [own.routine(_with_constant_signals(routine, symbols)) for routine in program.routines]
+    routines = [
+        own.routine(_with_constant_signals(routine, work.look(routine), symbols))
+        for routine in program.routines
+    ]
     if routines == list(program.routines):
         return program
     readers = [own.reader(bus, name) for bus, name in own.readers.items()]
@@ -551,7 +554,7 @@ def signal_aliases(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, routines=(*routines, *readers), data=(*program.data, *declares))
 
 
-def _with_constant_signals(routine: st.Routine, symbols: Symbols) -> st.Routine:
+def _with_constant_signals(routine: st.Routine, look: Look, symbols: Symbols) -> st.Routine:
     """Signals whose number is a constant (`$OUT[gripper]`) as those of that number."""
 
     def change(e: ex.Expression) -> ex.Expression:
@@ -563,8 +566,7 @@ def _with_constant_signals(routine: st.Routine, symbols: Symbols) -> st.Routine:
         number = symbols.fixed_value(routine.name, e.index)
         return replace(e, index=number) if isinstance(number, ex.Number) else e
 
-    rows = [s if calls_nothing(s) or sets_numbers(s) else mapped(s, change) for s in routine.body]
-    return replace(routine, body=tuple(rows)) if rows != list(routine.body) else routine
+    return changed_rare(routine, look, lambda s: mapped(s, change))
 
 
 def _counts_from_zero(vendor: str) -> bool:
@@ -608,13 +610,10 @@ class _Aliases:
     readers: dict[str, str] = field(default_factory=dict)  # bus -> the routine that reads a signal of it
 
     def routine(self, routine: st.Routine) -> st.Routine:
-        rows: list[st.Statement] = []
-        for s in routine.body:
-            if calls_nothing(s) or sets_numbers(s) or not any(map(_is_computed, expressions_of(s))):
-                rows.append(s)
-            else:
-                rows += self._statement(s)
-        return replace(routine, body=tuple(rows))
+        return with_rare_rows(routine, self.work.look(routine), self._rows)
+
+    def _rows(self, s: st.Statement) -> list[st.Statement]:
+        return self._statement(s) if any(map(_is_computed, expressions_of(s))) else [s]
 
     def _statement(self, s: st.Statement) -> list[st.Statement]:
         signals = [e for e in expressions_of(s) if isinstance(e, ex.Signal) and _is_computed(e)]

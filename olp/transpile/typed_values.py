@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Final, TypeGuard, TypeVar
 
 from olp.ir import expressions as ex
@@ -20,14 +21,13 @@ from olp.ir.transformer import (
     edited,
     expressions_of,
     mapped,
-    sets_numbers,
 )
 from olp.languages.limits import ValueTypes
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
 from olp.transpile.implicit_declarations import ASKS
 from olp.transpile.name_types import NUMERIC_FUNCTIONS, taken
-from olp.transpile.occurrences import changed_rare, with_routines, with_rows
+from olp.transpile.occurrences import changed_rare, with_rare_rows, with_routines, with_rows
 from olp.transpile.shared_variables import paired
 from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
@@ -63,11 +63,8 @@ def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
     own = _Typing(types, work.symbols(program), work)
     routines = []
     for routine in program.routines:
-        rows: list[st.Statement] = []
         own.asked.clear()
-        for s in routine.body:
-            rows += [s] if calls_nothing(s) or sets_numbers(s) else own.statement(routine.name, s)
-        routines.append(with_rows(routine, rows))
+        routines.append(with_rare_rows(routine, work.look(routine), partial(own.statement, routine.name)))
     program = with_routines(program, routines)
     return replace(program, data=(*program.data, *own.unused.values())) if own.unused else program
 

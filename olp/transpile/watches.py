@@ -70,7 +70,7 @@ def watches(program: st.Program, work: TranslationContext) -> st.Program:
 
 def _declared(program: st.Program, work: TranslationContext) -> Iterator[tuple[int, _Watch | None]]:
     """The number of each condition that is watched, with how, where the target can."""
-    for s in program.statements():
+    for s in work.rare(program):
         given = dict(s.arguments) if isinstance(s, st.Process) else {}
         if given.get(WATCH) == ex.Text("declared"):
             number, when, call = given["number"], given["when"], given["call"]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from operator import is_
 from typing import Any, Final
 
 from lark.exceptions import UnexpectedInput
@@ -83,9 +84,10 @@ def reading_of(program: st.Program) -> list[st.Statement]:
 
 
 def _is_read(s: st.Statement) -> bool:
-    if type(s) is st.Move:
-        return not is_written_out(s) or _is_place(s.targets[0])
-    return not (isinstance(s, st.Declare) or sets_numbers(s))
+    kind = type(s)
+    if kind is st.Move:
+        return not is_written_out(s) or _is_place(s.targets[0])  # type: ignore[arg-type, union-attr]
+    return not (kind is st.Declare or sets_numbers(s))
 
 
 def _copies(program: st.Program, taken: set[str]) -> Iterator[st.Assign]:
@@ -340,7 +342,8 @@ def _constants(data: Sequence[Any]) -> dict[str, ex.Number | None]:
 
 
 def _with_numbered_clocks(r: st.Routine, shared: Mapping[str, ex.Number | None]) -> st.Routine:
-    own = {**_constants((*r.data, *r.body)), **{p.name.casefold(): None for p in r.parameters}}
+    inner = r.body if st.Declare in set(map(type, r.body)) else ()
+    own = {**_constants((*r.data, *inner)), **{p.name.casefold(): None for p in r.parameters}}
 
     def number(indices: Sequence[ex.Expression]) -> int | None:
         """What constant the one index is, None for any other."""
@@ -362,7 +365,7 @@ def _with_numbered_clocks(r: st.Routine, shared: Mapping[str, ex.Number | None])
         return ex.Unary("not", ex.SystemValue("timer-running", at))
 
     def changed(s: st.Statement) -> st.Statement:
-        if sets_numbers(s):
+        if is_written_out(s) if type(s) is st.Move else sets_numbers(s):
             return s
         if isinstance(s, st.SetOutput) and s.signal.bus in _FLAGS:
             at = number((s.signal.index,))
@@ -380,4 +383,4 @@ def _with_numbered_clocks(r: st.Routine, shared: Mapping[str, ex.Number | None])
         return mapped(s, change)
 
     body = tuple([changed(s) for s in r.body])
-    return r if all(new is old for new, old in zip(body, r.body, strict=True)) else replace(r, body=body)
+    return r if all(map(is_, body, r.body)) else replace(r, body=body)

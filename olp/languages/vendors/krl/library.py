@@ -20,10 +20,11 @@ from typing import Any, Final
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import expressions_of, is_plain, mapped
 from olp.languages.vendor import ACKNOWLEDGED
 from olp.languages.vendors.krl.scope import MODES, NEUTRAL_TYPES
 
+_LIBRARY: Final = frozenset({st.Call, st.Assign, st.Wait})  # what may be of the message library
 _SHOWS: Final = frozenset({"msgnotify", "msgquit", "msgloop", "msgstate"})
 _CLEARS: Final = "clear_krlmsg"
 _WINDOW: Final = "$LOOP_MSG"
@@ -39,7 +40,9 @@ def without_library(
 
     `find`: a routine of the program by its name, None for one that is not here or is KUKA's.
     """
-    return tuple([one for s in body for one in _plain(s, find)])
+    if _LIBRARY.isdisjoint(map(type, body)):
+        return tuple(body)
+    return tuple([one for s in body for one in (_plain(s, find) if type(s) in _LIBRARY else (s,))])
 
 
 def _plain(s: st.Statement, find: Callable[[str], st.Routine | None]) -> tuple[st.Statement, ...]:
@@ -176,13 +179,13 @@ def _decided(routine: st.Routine, calls: list[tuple[ex.Expression, ...]], valued
 
 
 def _is_asked(s: st.Statement) -> bool:
-    return not (calls_nothing(s) or sets_numbers(s)) and any(
+    return not is_plain(s) and any(
         type(e) is ex.CallValue and e.routine.casefold() == _ASKS for e in expressions_of(s)
     )
 
 
 def _calls(s: st.Statement) -> list[tuple[str, tuple[ex.Expression, ...]]]:
-    if calls_nothing(s) or sets_numbers(s):
+    if is_plain(s):
         return []
     own = [(s.routine, s.arguments)] if isinstance(s, st.Call) else []
     return own + [(e.routine, e.arguments) for e in expressions_of(s) if type(e) is ex.CallValue]
@@ -304,7 +307,7 @@ def _with_texts_handed(body: Sequence[st.Statement], taken: _Taken) -> tuple[st.
         return tuple(body)
     rows: list[st.Statement] = []
     for s in body:
-        one = s if calls_nothing(s) or sets_numbers(s) else mapped(s, change)
+        one = s if is_plain(s) else mapped(s, change)
         if isinstance(one, st.Call) and one.routine.casefold() in taken:
             one = replace(one, arguments=texts(one.routine, one.arguments))
         rows.append(one)
@@ -519,7 +522,7 @@ def _with_conditions(s: st.Statement, here: dict[float, ex.Expression], changing
         return st.Process(s.line, _CYCLIC, (), s.comment) if s.signal.index.value in changing else s
     if type(s) is st.SetOutput and _follows_computed(s):
         return st.Process(s.line, _CYCLIC, (), s.comment)
-    if calls_nothing(s) or sets_numbers(s):
+    if is_plain(s):
         return s
 
     def change(e: ex.Expression) -> ex.Expression:
@@ -584,7 +587,7 @@ def _is_status(s: st.Assign, names: set[str]) -> bool:
 def _taken_names(program: st.Program) -> Iterator[str]:
     """What statements read, and what they set in another way than by such a function."""
     for s in program.statements():
-        if isinstance(s, st.Declare) or calls_nothing(s) or sets_numbers(s):
+        if isinstance(s, st.Declare) or is_plain(s):
             continue
         found = s.value if isinstance(s, st.Assign) else None
         sets = isinstance(found, ex.CallValue) and found.routine.casefold().startswith(_RETURNS_STATUS)
@@ -603,6 +606,8 @@ def _without(rows: Sequence[st.Statement], names: set[str]) -> tuple[Any, ...]:
 
 def with_modes(body: Sequence[st.Statement]) -> tuple[st.Statement, ...]:
     """The statements with IF in the place of SWITCH where the mode chooses."""
+    if st.Switch not in set(map(type, body)):
+        return tuple(body)
     rows: list[st.Statement] = []
     open_: list[bool | None] = []  # of each SWITCH: whether it is one of modes, and no case has come yet
     for s in body:
@@ -671,7 +676,9 @@ def without_unknown_types(program: st.Program) -> st.Program:
     counts = Counter(d.name.casefold() for d in program.declarations() if not _is_unknown(d, known))
     handed = {p.name.casefold() for r in program.routines for p in r.parameters}
 
-    def kept(rows: Sequence[Any]) -> tuple[Any, ...]:
+    def kept(rows: tuple[Any, ...]) -> tuple[Any, ...]:
+        if st.Declare not in set(map(type, rows)):
+            return rows
         return tuple(
             _as_text(s, known) if isinstance(s, st.Declare) else s
             for s in rows
