@@ -30,6 +30,7 @@ class Store(StrEnum):
 POSITION_STORES = frozenset({Store.ROBOT, Store.BASE, Store.STATION, Store.SYSTEM})
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Number:
     """A literal. `value` keeps int and float apart, because integer arithmetic differs."""
@@ -37,6 +38,7 @@ class Number:
     value: int | float
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Text:
     """A string literal, without its quotes."""
@@ -44,6 +46,7 @@ class Text:
     value: str
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SignalState:
     """A signal's literal state, on or off."""
@@ -62,6 +65,7 @@ class Variable:
     name: str = field(default="", compare=False)
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Taught:
     """A position taught inside the routine (INFORM C, BC, EC): `store` says of what, `number` which."""
@@ -70,6 +74,7 @@ class Taught:
     number: int
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Element:
     """One element of a position variable: 1..3 x y z, 4..6 rx ry rz, 7 the extra axis; or an axis of pulses."""
@@ -78,6 +83,7 @@ class Element:
     index: Expression
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Signal:
     """An input, output, group or register: `bus` is the vendor-neutral name (`in`, `out`, `in-group` ...).
@@ -91,6 +97,7 @@ class Signal:
     name: str = field(default="", compare=False)
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SystemValue:
     """A value that only the controller knows: current position, the last returned value, an alarm number.
@@ -103,6 +110,7 @@ class SystemValue:
     comment: str = field(default="", compare=False)
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Argument:
     """The n-th argument (from 1) that the caller passed."""
@@ -110,6 +118,7 @@ class Argument:
     number: int
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class FrameRef:
     """A coordinate system: kind is base, robot, user, tool, master-tool or own; user frames and tools have a number.
@@ -121,6 +130,7 @@ class FrameRef:
     number: Expression | None = None
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Unary:
     operator: str  # "-" or "not"
@@ -143,6 +153,7 @@ class Compare:
     right: Expression
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Logic:
     """`first op second op third …`, evaluated strictly from left to right as controllers do (no precedence)."""
@@ -160,6 +171,7 @@ class Function:
     arguments: tuple[Expression, ...]
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Unknown:
     """A name that nothing defines, kept as written."""
@@ -167,6 +179,7 @@ class Unknown:
     text: str
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Named:
     """A variable by its name, in the spelling of its declaration: languages without cases fold it while reading."""
@@ -183,6 +196,7 @@ class Item:
     indices: tuple[Expression, ...]
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Member:
     """A component of a record. Of a position: x y z [mm], rx ry rz [deg], R = Rz(rz) Ry(ry) Rx(rx), e1 .. e6."""
@@ -218,6 +232,7 @@ class RecordLiteral:
     members: tuple[tuple[str, Expression], ...]
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class CallValue:
     """What a routine of the program returns."""
@@ -226,6 +241,7 @@ class CallValue:
     arguments: tuple[Expression, ...] = ()
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class NamedArgument:
     """An argument passed by its name; `value` None: a switch that is given."""

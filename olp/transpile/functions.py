@@ -64,10 +64,12 @@ def functions(program: Program, work: TranslationContext) -> Program:
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
 
         for s in routine.body:
-            plain = type(s) is Move and type(s.targets[0]) is ex.Named and s.until is None
-            if plain and (near or s.path is not Path.JOINT):  # nearly every statement
-                rows.append(s)
-                continue
+            if (
+                type(s) is Move and type(s.targets[0]) is ex.Named and s.until is None
+            ):  # nearly every statement
+                if near or s.path is not Path.JOINT:
+                    rows.append(s)
+                    continue
             if isinstance(s, Move) and s.path is Path.JOINT and not near:
                 s = _in_frame(s, goals, symbols, routine.name)
                 s = replace(
