@@ -262,7 +262,7 @@ def _most_frequent(counts: dict[Flags, int]) -> Flags:
 
 def _left_open(program: Program, work: TranslationContext) -> Program:
     """The program does not watch the flags of joint moves where they are not known."""
-    symbols, carriers = work.symbols(program), carriers_of_flags(program)
+    symbols, carriers = work.symbols(program), carriers_of_flags(program, work)
     open_moves: set[int] = set()
     known = False
     for routine in program.routines:

@@ -64,12 +64,14 @@ def functions(program: Program, work: TranslationContext) -> Program:
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
 
         for s in routine.body:
-            if (
-                type(s) is Move and type(s.targets[0]) is ex.Named and s.until is None
-            ):  # nearly every statement
-                if near or s.path is not Path.JOINT:
-                    rows.append(s)
-                    continue
+            if (  # nearly every statement
+                type(s) is Move
+                and type(s.targets[0]) is ex.Named
+                and s.until is None
+                and (near or s.path is not Path.JOINT)
+            ):
+                rows.append(s)
+                continue
             if isinstance(s, Move) and s.path is Path.JOINT and not near:
                 s = _in_frame(s, goals, symbols, routine.name)
                 s = replace(

@@ -283,7 +283,8 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
         beside = found
         s = edited(s, {"targets": s.targets[:1], "parts": (), "coordinated": False})
     elif points.work.conventions.points_of_groups:
-        if any(points.moves_there(routine, store, s.targets[0]) for store in _OTHERS):
+        others = points.of_others(routine)
+        if others and any(points.moves_there(routine, store, s.targets[0]) for store in others):
             points.work.lose(s, Fate.APPROXIMATED, PROCESS, _OTHER_GROUPS)
     elif any(map(points.width, _STANDING)):
         points.work.lose(s, Fate.APPROXIMATED, "external", _SAYS_NOTHING)
@@ -505,6 +506,7 @@ class Points:
 
     units: dict[ex.Store, tuple[str, ...]] = field(default_factory=dict)  # of their axes: mm or deg
     moved: dict[ex.Store, str] = field(default_factory=dict)  # the mechanism that is external axes
+    others: dict[str, tuple[ex.Store, ...]] = field(default_factory=dict)  # see `of_others`, by routine
     widths: dict[ex.Store, int] = field(default_factory=dict)  # external axes of stations and tracks
 
     def is_set(self, variable: ex.Variable) -> bool:
@@ -535,6 +537,14 @@ class Points:
             count = max((sum(v == v for v in row) for row in rows), default=0)
             self.widths[store] = 0 if self.stands_still(store) else count
         return self.widths[store]
+
+    def of_others(self, routine: Routine) -> tuple[ex.Store, ...]:
+        """The kinds of taught points of a routine that are not the arm's."""
+        found = self.others.get(routine.name)
+        if found is None:
+            blocks = routine.points.blocks
+            found = self.others[routine.name] = tuple(store for store in _OTHERS if (store, True) in blocks)
+        return found
 
     def moves_there(self, routine: Routine, store: ex.Store, target: ex.Expression) -> bool:
         """Whether a taught point holds a position of another control group, which is not the same in all points."""
@@ -597,7 +607,9 @@ class Points:
             literal = replace(literal, external=beside) if beside else literal
             stem = _point_name(store, number)
             called = routine.points.names.get(number, "") if store is ex.Store.ROBOT else ""
-            readable = re.search("[A-Za-z]", called)  # of other letters a name of any target keeps nothing
+            readable = called and re.search(
+                "[A-Za-z]", called
+            )  # of other letters a name of any target keeps nothing
             name = self.names[key] = self.add(called if readable else stem, literal, point.state, point.line)
             self.work.names[("point", f"{routine.name}.{stem}")] = name
         return ex.Named(name)

@@ -6,7 +6,7 @@ setting of modal speeds and blends to numbers: most passes have nothing to do th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, field, replace
 from operator import is_
 from typing import Any, TypeVar
@@ -29,6 +29,7 @@ class Look:
     _expressions: list[Expression] | None = None
     _systems: list[tuple[str, Expression]] | None = None
     _values: list[Expression] | None = None
+    _named: Set[str] | None = None
 
     def __post_init__(self) -> None:
         plain, rare = self.plain, self.rare
@@ -94,16 +95,17 @@ class Look:
 
     def names(self) -> set[str]:
         """The variables that the statements name."""
-        return self.names_in_moves() | {e.name for e in self.expressions if type(e) is Named}
+        return {*self.names_in_moves()} | {e.name for e in self.expressions if type(e) is Named}
 
-    def names_in_moves(self) -> set[str]:
+    def names_in_moves(self) -> Set[str]:
         """The variables that plain moves name."""
-        found = {s.targets[0].name for s in self.plain if type(s.targets[0]) is Named}
-        others = list(self.values)
-        for s in self.direct():
-            gather(s.targets, others)
-        found.update([e.name for e in others if type(e) is Named])
-        return found
+        if self._named is None:
+            found = {s.targets[0].name for s in self.plain if type(s.targets[0]) is Named}
+            others = list(self.values)
+            for s in self.direct():
+                gather(s.targets, others)
+            self._named = found.union([e.name for e in others if type(e) is Named])
+        return self._named
 
 
 def changed_rare(routine: Routine, look: Look, change: Callable[[Statement], Statement]) -> Routine:

@@ -259,6 +259,8 @@ def joint_targets_as_poses(program: Program, work: TranslationContext) -> Progra
     """Lines and arcs to joint values get the pose of the tool there as their target, where the values are known."""
     if work.limits.joint_lines or work.source.vendor == work.target:
         return program
+    if not any(e.kind == "joint" for e in work.literals(program)):
+        return program
     own = _Reached(work, work.symbols(program))
     routines = [replace(r, body=tuple([own.statement(r.name, s) for s in r.body])) for r in program.routines]
     return replace(program, routines=tuple(routines)) if own.found else program
@@ -338,7 +340,7 @@ NEAREST: Final = "the arm configuration is left to the controller: it takes the 
 _CONFIGURATIONS_SAME = 1e-6  # [rad] below this two ends are one
 
 
-def carriers_of_flags(program: Program) -> frozenset[str]:
+def carriers_of_flags(program: Program, work: TranslationContext) -> frozenset[str]:
     """Names of variables, parameters and functions that may hold a pose whose arm flags somebody wrote."""
     found: set[str] = set()
     flows: dict[str, set[str]] = {}  # from a name to those that take its value over
@@ -354,7 +356,7 @@ def carriers_of_flags(program: Program) -> frozenset[str]:
     for d in program.data:
         note(d.name, d.value)
     for r in program.routines:
-        for s in (*r.data, *r.body):
+        for s in (*r.data, *(s for _, s in work.look(r).rare)):
             base = base_of(s.target) if isinstance(s, Assign) and type(s.target) is not ex.Member else None
             if isinstance(s, Declare):
                 note(s.name, s.value)
@@ -392,7 +394,7 @@ def configurations(program: Program, work: TranslationContext) -> Program:
     if kept or not any(e.configuration for e in work.literals(program)):
         return program
     symbols = work.symbols(program)
-    carriers = carriers_of_flags(program)
+    carriers = carriers_of_flags(program, work)
     if limits.has_configuration:
         for routine in program.routines:
             for s in routine.body:
