@@ -218,8 +218,8 @@ FAULTS: Final = (
     ),
     Fault(
         "commented_out.py",
-        "lines = {**_users(program, lost), **bodies, **out.lines}",
-        "lines = {**bodies, **out.lines}",
+        "lines = {**filling, **_users(program, lost), **bodies, **out.lines}",
+        "lines = {**filling, **bodies, **out.lines}",
         "what needs data that are gone stays",
     ),
     Fault(
