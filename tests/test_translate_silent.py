@@ -4608,3 +4608,17 @@ def test_a_place_that_an_instruction_which_goes_computes_is_not_to_be_taught():
     assert told.keys() == {3, 5}
     assert "FRAME(o,x,y,o)' sets in a way that the target cannot" in told[3]
     assert [x.line for x in made.translated.losses if x.leaves_out] == [2, 5]
+
+
+@pytest.mark.parametrize(
+    ("target", "told"), [("rapid", True), ("krl", True), ("urscript", False), ("tp", False)]
+)
+def test_elements_that_a_person_copies_have_other_numbers_where_arrays_begin_with_another(target, told):
+    """AS: letter[1,0] is letter{2,1} of RAPID."""
+    text = "\n".join(
+        [".PROGRAM main()", "SPEED 100 MM/S ALWAYS", "LMOVE letter[1,0]", "LMOVE letter[1,2]", ".END", ""]
+    )
+    program = link(read_source(decode(text.encode(), "made.as"))).program
+    made = convert(program, target, Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    asked = [things for says, things in made.translated.asks.items() if "one higher in each index" in says]
+    assert asked == ([("letter",)] if told else [])

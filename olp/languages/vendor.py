@@ -226,6 +226,7 @@ class Conventions:
     arguments_are_values: bool = False  # no routine can change a variable that it is handed
     # Words by which others, too, call what stands inside the main routine, which else it alone calls; None: others may.
     opened_by: frozenset[str] | None = None
+    first_element: int = 1  # the number of an array's first element
     surplus_arguments: bool = False  # a call may hand over more than the routine takes
     returns_by_register: bool = False  # what a routine returns is in a variable that it names itself
     for_declares: bool = False  # FOR declares its variable, which ends with the loop

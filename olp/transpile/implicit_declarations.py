@@ -364,6 +364,13 @@ def _tell(use: Use, work: TranslationContext) -> None:
     says += f"; its value has to be {verb}"
     work.lose(use.first, Fate.APPROXIMATED, "name", says, name=use.name)
     work.ask(ASKS["status" if own else verb], use.name)
+    apart = work.target_conventions.first_element - work.conventions.first_element
+    if size and apart and not work.limits.numbered:
+        higher = "one higher" if apart > 0 else "one lower"
+        work.ask(
+            f"copy the elements of these under a number that is {higher} in each index, as the first has another",
+            use.name,
+        )
     if not use.sizes or not use.computed:
         return
     if work.limits.numbered or use.name in work.row_sizes:

@@ -28,6 +28,7 @@ class As(Vendor):
         "Repeat Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
     )
     conventions = Conventions(
+        first_element=0,
         sums_of_texts=True,
         clocks_run=True,
         data_set_elsewhere=True,

@@ -57,6 +57,7 @@ class UrScript(Vendor):
     newline = "\n"
     blending = "ur"
     conventions = Conventions(
+        first_element=0,
         ramps_in_time=True,
         counted_signals={
             f"counted-{way}": ((16, f"tool-{way}"), (8, f"configurable-{way}"), (0, way))

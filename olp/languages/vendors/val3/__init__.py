@@ -25,6 +25,7 @@ class Val3(Vendor):
     )
     data_suffixes = (".dtx", ".pjx")
     conventions = Conventions(
+        first_element=0,
         longest_text=128,  # VAL3 reference, type string
         names_read_frames=True,
         sums_of_texts=True,
