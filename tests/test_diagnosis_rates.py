@@ -340,6 +340,25 @@ def test_a_time_beside_the_ramps_hides_no_limits_and_is_told(tmp_path):
     assert found.beside == pytest.approx(0.05, rel=1e-2)
 
 
+def test_a_shortest_time_of_ramps_is_told_by_joint_moves():
+    """A ramp to v takes v/a, or that time: small turns and slow moves all have it."""
+    rng = np.random.default_rng(3)
+    turned, share = rng.uniform(0.05, 2.0, (120, 4)) * [1, 0.8, 1, 2], rng.choice([0.1, 0.3, 1.0], 120)
+    pace, ramp = (share[:, None] * SPEEDS / turned).min(axis=1), (RAMPS / turned).min(axis=1)
+    low, high = np.zeros(120), pace
+    for _ in range(60):
+        middle = (low + high) / 2
+        fits = middle * np.maximum(middle / ramp, 0.2) <= 1.0
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    ramps = np.maximum(low / ramp, 0.2)
+    assert 0.2 < (low / ramp < 0.2).mean() < 0.8
+    sim = 2.0 * ramps + (1.0 - low * ramps) / low
+    found = limits_from_times(turned, share, np.ones(120), sim, np.ones(120, bool))
+    np.testing.assert_allclose(found.speeds, SPEEDS, rtol=1e-3)
+    np.testing.assert_allclose(found.accelerations, RAMPS, rtol=2e-3)
+    assert (found.shortest, found.beside, found.built) == (pytest.approx(0.2, rel=1e-3), 0.0, 0.0)
+
+
 @pytest.mark.parametrize("stop", [0.0, 0.05])
 def test_accelerations_that_build_up_are_told_by_joint_moves_of_which_slow_ones_spend_a_part(stop):
     """A ramp to v takes v/a + t, or 2 √(v t/a) where it does not reach a."""

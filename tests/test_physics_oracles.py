@@ -93,6 +93,28 @@ def test_an_acceleration_that_builds_up_in_a_time_has_the_jerk_that_gives_it():
     assert seconds[short] == pytest.approx(ramps[short], rel=1e-9)
 
 
+def test_ramps_of_a_shortest_time_take_what_a_bisection_of_the_peak_speed_gives():
+    """Whatever both accelerations are: a stronger one changes nothing where the shortest time is the longer."""
+    motion = motions(seed=6, jerk=False, n=400)
+    shortest = np.random.default_rng(3).choice([0.0, 0.05, 0.2], 400)
+    ways = (motion.accelerate, motion.decelerate)
+
+    def ramps(speed):
+        return sum(np.maximum(speed / each, shortest) for each in ways)
+
+    low, high = np.zeros(400), motion.speed
+    for _ in range(60):
+        middle = (low + high) / 2
+        fits = middle * ramps(middle) / 2 <= motion.way
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    held_up, held_down = (low / each < shortest for each in ways)
+    assert min((held_up != held_down).sum(), (held_up & held_down).sum()) > 20
+    expected = ramps(low) + (motion.way - low * ramps(low) / 2) / low
+    held = motion.with_(shortest=shortest)
+    assert held.duration() == pytest.approx(expected, rel=1e-9)
+    assert held.top() == pytest.approx(low, rel=1e-9)
+
+
 def test_motions_that_stand_below_each_other_take_what_each_takes_alone():
     plain, other = motions(seed=7), motions(seed=8)
     rounded = np.where(np.arange(N) % 2, 0.01, 0.0)

@@ -837,6 +837,7 @@ class AxisLimits(NamedTuple):
     together: bool = True  # all limits hold at once; False: the slowest axis takes its own time
     beside: float = 0.0  # [s] that every move between stops takes beside them
     built: float = 0.0  # [s] in which accelerations build up
+    shortest: float = 0.0  # [s] that a ramp takes at least
 
     @property
     def unknown(self) -> Mask:
@@ -855,8 +856,8 @@ _MUCH_NEARER = 0.2  # [1] likewise, where a plainer law does
 _DIGITS = 1e-4  # [s] no simulated time is told nearer
 _FOR_A_TIME = 4  # different moves within their digits that a time beside the ramps has to bring
 _EXACT = 3e-4  # of a simulated time: nearer, there is no other law to look for
-# Times beside limits, and whether accelerations build up.
-_TIMES_BESIDE = ((0, False), (1, False), (1, True), (2, True))
+# How many times stand beside limits, and whether accelerations build up in the first one, or no ramp is shorter.
+_TIMES_BESIDE = ((0, False, False), (1, False, False), (1, True, False), (1, False, True), (2, True, False))
 _LIMIT_ROUNDS = 60
 _FAR = 40.0  # logarithm of a limit that is none, and whose square is still a number
 _BESIDE = 0.03  # [s] beside the ramps, to begin with
@@ -883,9 +884,9 @@ def limits_from_times(
     `turned` (n, k) [rad] without sign; `share`, `ramps` (n,) [1] of the rated speeds and accelerations. In one law all
     limits hold at once for the synchronous axes, in the other the slowest axis takes its own time. Where neither fits,
     a time beside the ramps may be in all of them: a moving average, or what a stop takes; or accelerations build up in
-    such a time, of which slow moves spend a part, with or without a time at stops. Moves between two exact `stops` (n,)
-    tell them: how long a rounded move takes hangs on its corners, too. All moves do only where the limits of those are
-    not most moves'.
+    such a time, of which slow moves spend a part, with or without a time at stops; or no ramp is shorter. Moves between
+    two exact `stops` (n,) tell them: how long a rounded move takes hangs on its corners, too. All moves do only where
+    the limits of those are not most moves'.
     """
     moving = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
     plain = moving & stops
@@ -926,9 +927,9 @@ def _limits_told_by(
     one = np.unique(
         np.round(np.concatenate([per_speed, per_ramp], axis=1)[told], _SAME), axis=0, return_index=True
     )[1]
-    for times, builds in _TIMES_BESIDE:
+    for times, builds, least_ramp in _TIMES_BESIDE:
         plainer = best
-        for law in (AxisLaw(True, builds), AxisLaw(False, builds)):
+        for law in (AxisLaw(True, builds, least_ramp), AxisLaw(False, builds, least_ramp)):
             for start in _STARTS:
                 logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), [np.log(_BESIDE)] * times)
                 found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], law)
@@ -949,7 +950,7 @@ def _limits_told_by(
     logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], law)
     off, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), law)
     off = np.where(moving, np.expm1(off), np.nan)
-    speeds, accelerations, beside, built = _apart(logs, len(turns), law)
+    speeds, accelerations, beside, built, shortest = _apart(logs, len(turns), law)
     at = np.arange(len(sim))
     leading = turns[fastest]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -965,7 +966,11 @@ def _limits_told_by(
         sets = np.unique(active[sure])
         whole[row, turns[sets]] = limits[sets]
     return AxisLimits(
-        whole[0], whole[1], leading, pace * way, ramp * way, sure, off, law.together, beside, built
+        *(whole[0], whole[1], leading, pace * way, ramp * way, sure, off),
+        together=law.together,
+        beside=beside,
+        built=built,
+        shortest=shortest,
     )
 
 
@@ -973,16 +978,18 @@ class AxisLaw(NamedTuple):
     """How the limits of axes make the time of a joint move."""
 
     together: bool  # all hold at once; False: the slowest axis takes its own time
-    builds: bool  # accelerations build up in the time beside the limits; False: that time is added
+    builds: bool = False  # accelerations build up in the first time beside the limits
+    least_ramp: bool = False  # no ramp is shorter than the first time; neither: that time is added
 
 
-def _apart(logs: Floats, width: int, law: AxisLaw) -> tuple[Floats, Floats, float, float]:
-    """Speeds and accelerations (k,), [s] beside the ramps and [s] in which they build up, of their logarithms: (2k,) of
-    the limits, then of the times."""
+def _apart(logs: Floats, width: int, law: AxisLaw) -> tuple[Floats, Floats, float, float, float]:
+    """Speeds and accelerations (k,), [s] beside the ramps, [s] in which they build up and [s] that they take at least,
+    of their logarithms: (2k,) of the limits, then of the times."""
     numbers = np.exp(np.clip(logs, -_FAR, _FAR))  # a step of the fit may lead to a limit that is none
     times = numbers[2 * width :].tolist()
     built = times.pop(0) if law.builds else 0.0
-    return numbers[:width], numbers[width : 2 * width], sum(times), built
+    shortest = times.pop(0) if law.least_ramp else 0.0
+    return numbers[:width], numbers[width : 2 * width], sum(times), built, shortest
 
 
 def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, law: AxisLaw) -> Mask:
@@ -1026,20 +1033,25 @@ def _over(
 ) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats, Floats]]:
     """(n,) Logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
     that logarithm changes with those of the two limits and of the times (n, t) beside them."""
-    speeds, accelerations, beside, built = _apart(logs, per_speed.shape[1], law)
+    speeds, accelerations, beside, built, shortest = _apart(logs, per_speed.shape[1], law)
     paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
     at = np.arange(len(sim))
     if law.together:
         fastest, strongest = np.argmin(paces, axis=1), np.argmin(ramps, axis=1)
     else:
-        fastest = strongest = np.argmax(_durations(paces, ramps, built), axis=1)
+        fastest = strongest = np.argmax(_durations(paces, ramps, built, shortest), axis=1)
     pace, ramp = paces[at, fastest], ramps[at, strongest]
-    bare = _durations(pace, ramp, built)
+    bare = _durations(pace, ramp, built, shortest)
     time = bare + beside
     of_times = [beside / time]
-    if law.builds:
+    if law.builds or law.least_ramp:
         up = np.exp(_SLOPE_STEP)
-        more = ((pace * up, ramp, built), (pace, ramp * up, built), (pace, ramp, built * up))
+        longer = built * up, shortest * up
+        more = (
+            (pace * up, ramp, built, shortest),
+            (pace, ramp * up, built, shortest),
+            (pace, ramp, *longer),
+        )
         one, two, three = ((_durations(*numbers) - bare) / (time * _SLOPE_STEP) for numbers in more)
         of_times = [three, *of_times][: len(logs) - 2 * per_speed.shape[1]]
     else:
@@ -1051,8 +1063,12 @@ def _over(
     return np.log(time / sim), (fastest, strongest), (one, two, np.array(of_times).reshape(-1, len(sim)).T)
 
 
-def _durations(pace: Floats, ramp: Floats, built: float) -> Floats:
-    """[s] of moves over 1 at a `pace` [1/s] and a `ramp` [1/s²] that is `built` up in a time [s]."""
+def _durations(pace: Floats, ramp: Floats, built: float, shortest: float) -> Floats:
+    """[s] of moves over 1 at a `pace` [1/s] and a `ramp` [1/s²] that is `built` up in a time [s], or where a ramp takes
+    the `shortest` time [s] at least."""
+    if shortest:
+        top = np.minimum(np.minimum(pace, np.sqrt(ramp)), 1.0 / shortest)
+        ramp = np.minimum(ramp, top / shortest)
     if not built:
         return np.asarray(np.where(pace**2 <= ramp, 1.0 / pace + pace / ramp, 2.0 / np.sqrt(ramp)))
     reached = 2.0 / (built + np.sqrt(built**2 + 4.0 / ramp))

@@ -747,13 +747,14 @@ def _by_law(
     # Limits of the turn are none of corners.
     across = np.where(turned.slow < simulated.slow, simulated.slow, slow)
     simulated, speed = turned, turned.speed
-    slow = _slowed(simulated, slow, limits, straight, turning)
+    slow = _no_faster_than_the_tool_turns(simulated._replace(slow=slow), limits).slow
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
         decelerate=slow,
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
+        shortest=np.where(moving, np.where(joint, turning.shortest, straight.shortest), 0.0),
     )
     told_by_none = bool(missing[lines].all() and lines.any() and not plain.any())
     beside = np.zeros(len(rows))
@@ -766,7 +767,7 @@ def _by_law(
         )
         of_lines = np.where(lines, beside, 0.0)
         simulated, stopped = simulated._replace(sim=simulated.sim - of_lines), stopped + of_lines
-        slow = _slowed(simulated, across, limits, straight, turning)
+        slow = _no_faster_than_the_tool_turns(simulated._replace(slow=across), limits).slow
         whole = whole.with_(accelerate=slow, decelerate=slow)
     found, more = _cornered(judged, simulated, whole, across, missing, np.where(joint, beside, 0.0))
     simulated, stopped = simulated._replace(sim=simulated.sim - more), stopped + more
@@ -800,20 +801,6 @@ def _as_tuned(
     told = f"{faster:.2%} of the written speeds and {stronger:.2%} of the written accelerations"
     says = f"the simulation's straight moves run at {told}: findings are relative to that"
     return faster, stronger, slow, [says]
-
-
-def _slowed(
-    simulated: _SimulatedRows,
-    slow: Floats,
-    limits: tuple[float, float] | None,
-    straight: SimulatedRamps,
-    turning: SimulatedRamps,
-) -> Floats:
-    """(n,) accelerations `slow` (n,) as far as limits of the tool's turn and the shortest ramps let them."""
-    slow = _no_faster_than_the_tool_turns(simulated._replace(slow=slow), limits).slow
-    for law, some in ((straight, simulated.lines), (turning, simulated.joint)):
-        slow = np.where(some, law.weakened(simulated.way, simulated.speed, slow), slow)
-    return slow
 
 
 def _limits_of_the_turn(
@@ -890,7 +877,8 @@ def _cornered(
     plain = joint & simulated.start & simulated.end
     unknown = joint & missing & ~plain.any() & (simulated.rounded.sum() >= FEWEST)
     whole = _opened(whole, moves, rows, ends, across)
-    whole = whole.with_(corners=_corners(moves, pace, rows, ends.before, whole.speed, whole.accelerate))
+    ramps = whole.lengthened().accelerate
+    whole = whole.with_(corners=_corners(moves, pace, rows, ends.before, whole.speed, ramps))
     found, shared = cornered(whole, sim, ~unknown), _by_share_of_the_way(whole, pace, rows, ends.before)
     if shared is not None:
         found = nearer_at_corners(found, cornered(shared, sim, ~unknown), sim, ~unknown)
@@ -930,6 +918,8 @@ def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, p
         return SimulatedRamps()
     if axes.built:
         return SimulatedRamps(build=axes.built, stop=axes.beside)
+    if axes.shortest:
+        return SimulatedRamps(shortest=axes.shortest)
     good = plain & axes.confirmed[rows]
     if not good.any():
         return SimulatedRamps()

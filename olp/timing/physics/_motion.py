@@ -116,6 +116,7 @@ class Motion:
     limited: Floats = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) [1] share of the simulated acceleration that limits of axes have left, whatever else takes of it
+    shortest: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [s] that a ramp takes at least
 
     def __post_init__(self) -> None:
         none = np.zeros(len(self.way))
@@ -131,6 +132,7 @@ class Motion:
             ("bend_start", none),
             ("bend_end", none),
             ("limited", none + 1.0),
+            ("shortest", none),
         ):
             if len(getattr(self, name)) != len(self.way):
                 object.__setattr__(self, name, default)
@@ -147,6 +149,8 @@ class Motion:
             own.pop("_rounded", None)
         if "delayed" in changes:
             own.pop("_waits", None)
+        if "shortest" in changes:
+            own.pop("_floored", None)
         return copy
 
     # Kept by the copies of `with_` while their columns are the same: the search asks for them before all else.
@@ -165,6 +169,20 @@ class Motion:
     def _waits(self) -> bool:
         """Whether an average behind the planner delays some moves."""
         return bool(self.delayed.any())
+
+    @cached_property
+    def _floored(self) -> bool:
+        """Whether some ramps have a shortest time."""
+        return bool(self.shortest.any())
+
+    def lengthened(self) -> Motion:
+        """The same durations between stops by accelerations alone: no ramp is shorter than the shortest."""
+        if not self._floored:
+            return self
+        top = self.top()
+        least = np.where(self.shortest > 0, top / np.maximum(self.shortest, 1e-9), np.inf)
+        accelerate, decelerate = (np.minimum(own, least) for own in (self.accelerate, self.decelerate))
+        return self.with_(accelerate=accelerate, decelerate=decelerate, shortest=np.zeros(len(self.way)))
 
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
         """`other` in the moves of `mask` (n,), this motion in all others."""
@@ -216,6 +234,8 @@ class Motion:
 
     def duration(self) -> Floats:
         """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""
+        if self._floored:
+            return self.lengthened().duration()
         law, corners = self.law.removesuffix(SHORTER), self.corners
         looped = law != self.law and self._rounded and not self._jerked and not self._waits
         if looped and corners and _LOOPS.worth(len(self.way)):
@@ -485,8 +505,16 @@ class Motion:
 
     @cached_property
     def _highest(self) -> Floats:
+        way = np.maximum(self.way, 1e-9)
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
-        return np.asarray(np.minimum(self.speed, np.sqrt(np.maximum(self.way, 1e-9) / slow)))
+        top = np.minimum(self.speed, np.sqrt(way / slow))
+        if self._floored:
+            # A ramp covers what the longer of both times needs: the speed is the lowest of those by either time.
+            least = np.maximum(self.shortest, 1e-12)
+            for ramp in (self.accelerate, self.decelerate):
+                top = np.minimum(top, 4.0 * way / (least + np.sqrt(least**2 + 8.0 * way / ramp)))
+            top = np.minimum(top, way / least)
+        return np.asarray(top)
 
     def repeated(self, count: int) -> Motion:
         """The moves `count` times, one set below the other."""
