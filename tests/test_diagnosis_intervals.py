@@ -14,7 +14,7 @@ from olp.identification.diagnosis.folds import _dealt
 from olp.identification.diagnosis.intervals import distance, parameters_with_intervals, settled
 from olp.identification.diagnosis.logs.series import Grid, Spectrum
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.simulation_laws import SimulatedRamps, ramps_of, trapezoid, tuned
+from olp.identification.diagnosis.simulation_laws import SimulatedRamps, inferred, ramps_of, trapezoid, tuned
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
@@ -189,6 +189,35 @@ def test_a_simulation_whose_ramps_have_a_shortest_time_is_told(written, tmp_path
     making = case_of(read_recording(folder))
     np.testing.assert_allclose(making.case.base.duration(), sim, atol=1e-3)
     assert any("no ramp shorter than 150.0 ms" in note for note in making.notes)
+
+
+@pytest.mark.parametrize("law", ["stop", "filtered", "build"])
+def test_a_time_beside_ramps_is_told_by_moves_of_which_most_do_not_reach_their_speed(law):
+    """Times of moves that do are straight lines of their ramps; those of the others lead far away from the law."""
+    made = {0.2: (1, 8, 15, 35), 0.3: (2, 4, 8, 15, 25, 35), 0.4: (4, 35), 0.6: (1, 2, 4, 8, 15, 35), 0.8: (2, 4, 25)}
+    way, speed = np.array([(cm / 100, fast) for fast, ways in made.items() for cm in ways]).T
+    ramps = SimulatedRamps(stronger=1.4, **{law: 0.137})
+    sim = np.round(ramps.seconds(way, speed, np.full(21, 1.4)), 4)
+    found = ramps_of(way, speed, np.full(21, np.nan), sim, np.ones(21, bool))
+    assert (found.stronger, getattr(found, law)) == (
+        pytest.approx(1.4, rel=2e-3),
+        pytest.approx(0.137, abs=5e-4),
+    )
+
+
+def test_moves_that_a_simulation_makes_slower_than_all_others_have_their_own_accelerations():
+    """Two of thirty: a gantry's slower slide, say. What weakens the drives takes its share of their longer ramps."""
+    made = planted.program(np.random.default_rng(3), 30)
+    slow = np.full(30, 2.0)
+    slow[[7, 21]] = 0.6
+    sim = np.round(trapezoid(made.length, made.speed, slow), 4)
+    none, plain = np.zeros(30), np.ones(30, bool)
+    found = inferred(
+        *(made.length, made.speed, sim, plain, 0.0, SimulatedRamps()),
+        known=none + np.nan,
+        leading=np.full(30, -1),
+    )
+    assert found == pytest.approx(slow, rel=1e-2)
 
 
 @pytest.mark.parametrize("law", [{"stop": 0.05}, {"filtered": 0.08}])

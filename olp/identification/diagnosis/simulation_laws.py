@@ -482,7 +482,7 @@ def inferred(
         of_it = leading == axis
         if (stops & of_it).any() and np.mean(off[stops & of_it]) > _ODD:
             found[of_it] = np.where(good, slow, found)[of_it]
-    return found
+    return np.where(good & limited(way, speed, sim, found, good, law), slow, found)
 
 
 def _middle_of(slow: Floats, over: Floats) -> float:
@@ -578,6 +578,7 @@ _LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plaines
 _SHORT = 0.2  # of the moves have the shortest ramp, at first
 _LONGER = 1.2  # times that: other ramps
 _SHORTEST = ("shortest",)  # a law of moves between stops
+_FIRST_TIMES = 12  # that a law may begin with
 
 
 def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> SimulatedRamps | None:
@@ -764,24 +765,8 @@ def _nearest_law(
     way: Floats, speed: Floats, slow: Floats, sim: Floats, names: tuple[str, ...], digit: float
 ) -> SimulatedRamps | None:
     """The law with these times beside constant accelerations, by least squares in which what is far off counts less;
-    None where one of them would be none."""
-    ramp = speed / slow
-    weight = np.ones(len(way))
-    for _ in range(_ROUNDS):  # of moves that are long enough, the times are straight lines of the ramps
-        root = np.sqrt(weight)
-        columns = np.stack([ramp, np.ones(len(way))], axis=1)
-        (weaker, beside), *_ = np.linalg.lstsq(
-            root[:, None] * columns, root * (sim - way / speed), rcond=None
-        )
-        weight = _counts(sim - way / speed - weaker * ramp - beside, digit)
-    if weaker <= 0 or beside < _LEAST_BESIDE:
-        return None
-    if names == _SHORTEST:
-        over = sim - way / speed
-        beside = max(float(np.quantile(over, _SHORT)), _LEAST_BESIDE)
-        longer = over > _LONGER * beside
-        weaker = float(np.median((over / ramp)[longer])) if longer.any() else weaker
-    values: Floats = np.array([-np.log(weaker), *(np.log(beside / len(names)) for _ in names)])
+    None where one of them would be none. Moves that are too short for their speed mislead what it begins with: where
+    it is off, the best of a grid of times is another beginning."""
 
     def law(values: Floats) -> SimulatedRamps:
         numbers = np.exp(np.clip(values, -20.0, 20.0)).tolist()
@@ -791,6 +776,58 @@ def _nearest_law(
         tried = law(values)
         return sim - tried.seconds(way, speed, tried.stronger * slow)
 
+    def off(values: Floats) -> float:
+        return float(np.quantile(np.abs(left(values)), _SHARES[0]))
+
+    begin = _of_long_moves(way, speed, slow, sim, names, digit)
+    tried = [] if begin is None else [_least_squares(begin, left, digit)]
+    if not tried or off(tried[0]) > max(_DIGIT * digit, _LEAST):
+        most = max(float(np.median(sim - way / speed)), _LEAST_BESIDE)
+        times = np.geomspace(_LEAST_BESIDE, most, _FIRST_TIMES).tolist()
+        grid = [_with_a_time(way, speed, slow, sim, names, time) for time in times]
+        known = [values for values in grid if values is not None]
+        tried += [_least_squares(min(known, key=off), left, digit)] if known else []
+    found = [law(values) for values in sorted(tried, key=off)[:1]]
+    return next((one for one in found if min(getattr(one, name) for name in names) >= _LEAST_BESIDE), None)
+
+
+def _of_long_moves(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, names: tuple[str, ...], digit: float
+) -> Floats | None:
+    """Logarithms of the share of `slow` and of each of the times that a law has, as long moves have them: their times
+    are straight lines of the ramps; None where there is none beside them."""
+    ramp, over = speed / slow, sim - way / speed
+    weight = np.ones(len(way))
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weight)
+        columns = np.stack([ramp, np.ones(len(way))], axis=1)
+        (weaker, beside), *_ = np.linalg.lstsq(root[:, None] * columns, root * over, rcond=None)
+        weight = _counts(over - weaker * ramp - beside, digit)
+    if weaker <= 0 or beside < _LEAST_BESIDE:
+        return None
+    if names == _SHORTEST:
+        beside = max(float(np.quantile(over, _SHORT)), _LEAST_BESIDE)
+        longer = over > _LONGER * beside
+        weaker = float(np.median((over / ramp)[longer])) if longer.any() else weaker
+    return np.array([-np.log(weaker), *(np.log(beside / len(names)) for _ in names)])
+
+
+def _with_a_time(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, names: tuple[str, ...], beside: float
+) -> Floats | None:
+    """The same, where all times together are `beside` [s] and most moves have the share; None where they have none."""
+    one = SimulatedRamps(**dict.fromkeys(names, beside / len(names)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        own = one.slow(way, speed, sim - one.stop)[0] / slow
+    own = own[np.isfinite(own) & (own > 0)]
+    if len(own) < FEWEST:
+        return None
+    return np.array([np.log(np.median(own)), *(np.log(beside / len(names)) for _ in names)])
+
+
+def _least_squares(values: Floats, left: Callable[[Floats], Floats], digit: float) -> Floats:
+    """The values near these at which the sum of squares of what is `left` (n,) [s] is least; what is far off counts
+    less."""
     now = left(values)
     for _ in range(_ROUNDS):
         weight = _counts(now, digit)
@@ -806,8 +843,7 @@ def _nearest_law(
         values, now = np.asarray(values + step, dtype=np.float64), there
         if np.abs(step).max() < 1e-7:
             break
-    found = law(values)
-    return found if min(getattr(found, name) for name in names) >= _LEAST_BESIDE else None
+    return values
 
 
 def _counts(off: Floats, digit: float) -> Floats:
