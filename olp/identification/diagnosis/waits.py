@@ -18,7 +18,8 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
-_MOST = 0.35  # of all moves; more is no exception but a rule
+_MOST, _MOST_ANY = 0.35, 0.45  # of all moves; more is no exception but a rule, unless waits are as they come
+_MANY = 16  # waits of one kind of moves, at several lines: fewer do not tell that they go with nothing
 _SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
 _FORM = 0.25  # of the terms' numbers: what that changes in a move may be a flaw of their form
 _PLACES = 2  # of a program that may wait in every cycle for the same time; more are moves that are just slow
@@ -64,7 +65,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         far_later = residual > -_ONE_SIDED * residual.min()
         if late.sum() < (FEWEST_FAR if (late & far_later).any() else _ONE_SIDED):
             late &= far_later
-    if late.sum() < _LATE or late.mean() > _MOST:
+    if late.sum() < _LATE or late.mean() > _MOST_ANY:
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
     # Others that are as late may be so by the fit's own flaw, and then two of them are no waits, either.
@@ -74,10 +75,10 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         return nothing
     # Where names may be off by more than a wait lasts, none is seen: these moves do not tell which ones wait.
     seen = late | (far <= np.median(residual[late]))
-    if _chosen_by_the_motion(late, corrected, case, among=seen):
+    if late.mean() > _MOST or _chosen_by_the_motion(late, corrected, case, among=seen):
         # A name under a condition may have made up for a part of what these moves are late by, and hide its law.
         everywhere = DurationModel(tuple(part for part in fitted.model.parts if part.condition is None))
-        if not at_a_line(late, case.measured - everywhere.seconds(case), case):
+        if not as_it_comes(late, case.measured - everywhere.seconds(case), case):
             return nothing
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
     if many and (_the_same_moves(residual, late, case, sigma) or _of_one_way(residual, late, case)):
@@ -192,15 +193,18 @@ def _student(values: Floats, scale: Floats, freedom: Floats) -> Floats:
     return np.asarray(size / scale * (1.0 + (values / scale) ** 2 / freedom) ** (-0.5 * (freedom + 1.0)))
 
 
-def at_a_line(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
-    """Whether the moves that are `late` (n,) wait at one line of the program: its moves are of one kind, so only that
-    they are late by times that differ, and that go together with nothing in the motion, tells them from slow ones."""
+def as_it_comes(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
+    """Whether the moves that are `late` (n,) wait for something, though they are of one kind: those of one line of the
+    program, or those that take or place parts. Only that they are late by times that differ, and that go together with
+    nothing in the motion, its place or its order, tells them from slow ones."""
     waits, few = residual[late], int(late.sum())
-    if few < 2 * _KINDS or case.line[late].min() <= 0 or np.ptp(case.line[late]) > 0:
+    if few < 2 * _KINDS or waits.std() < _DIFFER * waits.mean():
         return False
-    if waits.std() < _DIFFER * waits.mean():
-        return False
-    return _with_the_motion(residual, late, case) > LEVEL
+    if case.line[late].min() > 0 and np.ptp(case.line[late]) == 0:
+        return _with_the_motion(residual, late, case) > LEVEL
+    order = np.arange(len(case), dtype=np.float64)
+    places = (*case.start.T, *case.end.T, order)
+    return few >= _MANY and _with_the_motion(residual, late, case, places) > LEVEL
 
 
 def with_its_line(late: Mask, residual: Floats, case: MeasuredMoves) -> Mask:
@@ -362,11 +366,14 @@ def _of_the_motion(case: MeasuredMoves) -> tuple[Floats, ...]:
     return (case.rise, case.base.way, case.base.speed, case.turn, turned, *loads, *reaches)
 
 
-def _with_the_motion(residual: Floats, late: Mask, case: MeasuredMoves) -> float:
-    """Probability that chance makes sizes of waits go with a property of the moves as far as these do: a wait does not
-    know how long, fast or loaded the move is. One look per property that differs between the late moves."""
+def _with_the_motion(
+    residual: Floats, late: Mask, case: MeasuredMoves, more: tuple[Floats, ...] = ()
+) -> float:
+    """Probability that chance makes sizes of waits go with a property of the moves, or with `more` (n,) of them, as far
+    as these do: a wait does not know how long, fast or loaded the move is. One look per property that differs between
+    the late moves."""
     waits = residual[late]
-    columns = [column[late] for column in (case.simulated, *_of_the_motion(case))]
+    columns = [column[late] for column in (case.simulated, *_of_the_motion(case), *more)]
     columns = [column for column in columns if np.isfinite(column).all() and np.ptp(column) > 0]
     together = max((abs(rank_correlation(waits, column)) for column in columns), default=0.0)
     return 2.0 * _tail(together, len(waits)) * len(columns)
