@@ -299,7 +299,8 @@ def looking_ahead(pieces):
 
 def through_arcs(made, slow=A, law="arc", per_turn=None):
     """[s] at one acceleration, along the way and across it: through corners at the speed of the arc that touches both
-    lines at its rounding, as if on the lines; or along the parabola that does, nowhere faster than its radius lets. Way
+    lines at its rounding, as if on the lines, with the arc's way but no limit beside its middle ("round"), or along it
+    ("circle"); or along the parabola that does, nowhere faster than its radius lets. Way
     `per_turn` (n,) [m/rad] of the tool: it turns at RATE and RAMP at most."""
     speeds, ramps = made.speed, np.full(len(made.length), slow)
     if per_turn is not None:
@@ -313,8 +314,14 @@ def through_arcs(made, slow=A, law="arc", per_turn=None):
         if not 0 <= corner < len(turns) or made.stop[corner]:
             return [], [], 0.0
         turn, rounding = turns[corner], roundings[corner]
+        radius = rounding / np.tan(turn / 2)
+        most, half_arc = np.sqrt(slow * radius), 0.5 * turn * radius
         if law == "arc":
-            return [1e-9], [np.sqrt(slow * rounding / np.tan(turn / 2))], 0.0
+            return [1e-9], [most], 0.0
+        if law == "round":
+            return [1e-9], [most], rounding - half_arc
+        if law == "circle":
+            return [half_arc], [most], rounding
         steps, radius = half_of_a_parabola(turn)
         return rounding * steps, np.sqrt(slow * rounding * radius), rounding
 
@@ -328,7 +335,7 @@ def through_arcs(made, slow=A, law="arc", per_turn=None):
     return looking_ahead(pieces)
 
 
-@pytest.mark.parametrize("law", ["arc", "parabola"])
+@pytest.mark.parametrize("law", ["arc", "round", "circle", "parabola"])
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
 def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop, law, tmp_path):
     """With accelerations that nobody wrote, too, and where no move goes from stop to stop."""

@@ -1161,6 +1161,27 @@ def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_non
         assert set(terms["external-wait"].moves) >= set((np.flatnonzero(late > 0.05) + 1).tolist())
 
 
+@pytest.mark.parametrize("waits", [True, False])
+def test_moves_to_where_parts_come_from_wait_as_it_comes_or_have_a_law_of_their_place(waits, tmp_path):
+    """Every third move goes down to a place of a pallet, and waits there for a part; or goes against a hose, the more
+    the farther out. No line is recorded, and what makes up for the waits of a third of all moves hides them."""
+    start, end, way, speed = program(27)
+    rng = np.random.default_rng(27)
+    there = np.arange(COUNT) % 3 == 1
+    end[there, 2] = 0.05
+    end[there, 0] = 0.5 + 0.1 * (np.arange(int(there.sum())) % 8)
+    start[2::3] = end[1::3][: len(start[2::3])]
+    way = np.linalg.norm(end - start, axis=1)
+    late = there * (rng.uniform(0.05, 0.9, COUNT) if waits else 0.3 * end[:, 0] ** 2)
+    real = travel(way, speed, ACCELERATION) + late + 0.002 * rng.normal(size=COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 27, made=(start, end, way, speed))).diagnosis
+    terms = {finding.term: finding for finding in found.findings}
+    assert ("external-wait" in terms) == waits
+    if waits:
+        assert (found.verdict, list(terms)) == ("explained", ["external-wait"])
+        assert set(terms["external-wait"].moves) == set((np.flatnonzero(there) + 1).tolist())
+
+
 def test_where_one_line_waits_none_of_its_moves_tells_of_the_arm(tmp_path):
     """Those that wait for less than is far out were called an acceleration at that line, and a clock beside it."""
     rng = np.random.default_rng(12)

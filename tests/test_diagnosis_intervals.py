@@ -194,7 +194,13 @@ def test_a_simulation_whose_ramps_have_a_shortest_time_is_told(written, tmp_path
 @pytest.mark.parametrize("law", ["stop", "filtered", "build"])
 def test_a_time_beside_ramps_is_told_by_moves_of_which_most_do_not_reach_their_speed(law):
     """Times of moves that do are straight lines of their ramps; those of the others lead far away from the law."""
-    made = {0.2: (1, 8, 15, 35), 0.3: (2, 4, 8, 15, 25, 35), 0.4: (4, 35), 0.6: (1, 2, 4, 8, 15, 35), 0.8: (2, 4, 25)}
+    made = {
+        0.2: (1, 8, 15, 35),
+        0.3: (2, 4, 8, 15, 25, 35),
+        0.4: (4, 35),
+        0.6: (1, 2, 4, 8, 15, 35),
+        0.8: (2, 4, 25),
+    }
     way, speed = np.array([(cm / 100, fast) for fast, ways in made.items() for cm in ways]).T
     ramps = SimulatedRamps(stronger=1.4, **{law: 0.137})
     sim = np.round(ramps.seconds(way, speed, np.full(21, 1.4)), 4)

@@ -19,6 +19,7 @@ from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of, tool_ways
 from olp.identification.diagnosis.simulation_laws import (
     FEWEST,
+    NO_RAMP,
     SOME_ROUNDING,
     TURNS,
     SimulatedRamps,
@@ -540,6 +541,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
     laws, everywhere = [SimulatedRamps()], False
     if not times.own:
         laws, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
+        laws = [_timed(law, simulated) for law in laws]
         simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
     whole = partial(_by_law, judged, simulated)
     best = whole(laws[0])
@@ -691,6 +693,13 @@ def _laws_of_lines(
     return [*(laws or [SimulatedRamps()]), *more], everywhere
 
 
+def _timed(law: SimulatedRamps, simulated: _SimulatedRows) -> SimulatedRamps:
+    """The law of lines, or the one in which every ramp takes one time."""
+    here = simulated.plain if simulated.plain.any() else simulated.lines
+    way, speed, slow = simulated.way[here], simulated.speed[here], simulated.slow[here]
+    return law.with_timed_ramps(way, speed, law.stronger * np.where(np.isfinite(slow), slow, 1.0))
+
+
 class _SimulatedMotion(NamedTuple):
     """The motion behind simulated durations."""
 
@@ -748,13 +757,14 @@ def _by_law(
     across = np.where(turned.slow < simulated.slow, simulated.slow, slow)
     simulated, speed = turned, turned.speed
     slow = _no_faster_than_the_tool_turns(simulated._replace(slow=slow), limits).slow
+    slow, shortest = _least_ramps(simulated, slow, straight, turning)
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
         decelerate=slow,
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
-        shortest=np.where(moving, np.where(joint, turning.shortest, straight.shortest), 0.0),
+        shortest=shortest,
     )
     told_by_none = bool(missing[lines].all() and lines.any() and not plain.any())
     beside = np.zeros(len(rows))
@@ -768,7 +778,8 @@ def _by_law(
         of_lines = np.where(lines, beside, 0.0)
         simulated, stopped = simulated._replace(sim=simulated.sim - of_lines), stopped + of_lines
         slow = _no_faster_than_the_tool_turns(simulated._replace(slow=across), limits).slow
-        whole = whole.with_(accelerate=slow, decelerate=slow)
+        slow, shortest = _least_ramps(simulated, slow, straight, turning)
+        whole = whole.with_(accelerate=slow, decelerate=slow, shortest=shortest)
     found, more = _cornered(judged, simulated, whole, across, missing, np.where(joint, beside, 0.0))
     simulated, stopped = simulated._replace(sim=simulated.sim - more), stopped + more
     off = np.abs(found.duration() - simulated.sim)
@@ -801,6 +812,23 @@ def _as_tuned(
     told = f"{faster:.2%} of the written speeds and {stronger:.2%} of the written accelerations"
     says = f"the simulation's straight moves run at {told}: findings are relative to that"
     return faster, stronger, slow, [says]
+
+
+def _least_ramps(
+    simulated: _SimulatedRows, slow: Floats, straight: SimulatedRamps, turning: SimulatedRamps
+) -> tuple[Floats, Floats]:
+    """(n,) accelerations and (n,) [s] that ramps take at least. Where all ramps of lines, or of joint moves, take that
+    time, or accelerations `slow` (n,) would take next to none of it, nothing tells what the drives could: then it is
+    the time of their accelerations."""
+    shortest = np.zeros(len(slow))
+    for law, some in ((straight, simulated.lines), (turning, simulated.joint)):
+        if not law.shortest or not some.any():
+            continue
+        held = law.weakened(simulated.way, simulated.speed, slow)
+        unknown = some & ((held < slow)[some].all() | (held < NO_RAMP * slow))
+        slow = np.where(unknown, held, slow)
+        shortest = np.where(some & ~unknown, law.shortest, shortest)
+    return slow, shortest
 
 
 def _limits_of_the_turn(
@@ -925,7 +953,7 @@ def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, p
         return SimulatedRamps()
     way = np.abs(moves.joints_end - moves.joints_start)[rows, axes.leading[rows]][good]
     speed, slow = axes.speed[rows][good], axes.acceleration[rows][good]
-    return ramps_beside(way, speed, slow, sim[good], axes.beside)
+    return ramps_beside(way, speed, slow, sim[good], axes.beside).with_timed_ramps(way, speed, slow)
 
 
 def _as_written(pace: _Pace, rows: Rows, moving: Mask, ends: MoveEnds, blend: Floats) -> Motion:

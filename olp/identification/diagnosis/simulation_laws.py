@@ -298,6 +298,17 @@ class SimulatedRamps(NamedTuple):
         time = self.build + self.filtered + self.stop
         return [SimulatedRamps(**{name: time}) for name in ("stop", "build", "filtered")] if time else []
 
+    def with_timed_ramps(self, way: Floats, speed: Floats, slow: Floats) -> SimulatedRamps:
+        """This law, or where accelerations `slow` (n,) [m/s²] take next to nothing beside its time, the one in which
+        every ramp takes this time: no drive is that strong, and one that is weaker has longer ramps. Of a time at
+        stops, that is as much as lets all moves reach their speed, as they do."""
+        time = self.filtered + self.stop + self.shortest
+        top = np.minimum(speed, np.sqrt(way * slow))
+        if not time or self.build or float(np.max(top / slow)) > NO_RAMP * time:
+            return self
+        ramp = min(time, float(np.min(way / speed))) if self.stop else time
+        return SimulatedRamps(stronger=self.stronger, stop=time - ramp, shortest=ramp)
+
     def weakened(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
         """(n,) [m/s²] accelerations with which no ramp between two stops is shorter than the shortest."""
         if not self.shortest:
@@ -575,6 +586,7 @@ _STEP_OF_TIME = 2e-3  # [s] off its law, at most
 _STEPPED = 0.1  # of what constant accelerations alone are off: more is another law
 _AS_NEAR = 1.5  # times what the nearest law is off: a plainer one will do
 _LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plainest first
+NO_RAMP = 0.02  # of the time beside it: a ramp that is so short is none
 _SHORT = 0.2  # of the moves have the shortest ramp, at first
 _LONGER = 1.2  # times that: other ramps
 _SHORTEST = ("shortest",)  # a law of moves between stops

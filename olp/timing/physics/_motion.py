@@ -31,10 +31,23 @@ _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a 
 # ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds; or, of a
 # controller that looks ahead, what ramps from and to √(κ a R) save, R = r cot(δ/2) of the arc that touches both moves
 # where they turn by δ, and no more than either move's speed; a is the planned acceleration, whatever the drives give;
-# or of the parabola that does, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter and whose radius grows from
-# there on.
-LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed", "arc", "parabola")
-ARCS = ("arc", "parabola")  # laws of a controller that looks ahead
+# the same on the arc's own way, which is shorter, by ramps that begin in its middle, or at its ends; or of the parabola
+# that touches both, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter and whose radius grows from there on.
+LAWS = (
+    "stop",
+    "braking",
+    "share",
+    "distance",
+    "flight",
+    "full",
+    "radius",
+    "fixed",
+    "arc",
+    "round",
+    "circle",
+    "parabola",
+)
+ARCS = ("arc", "round", "circle", "parabola")  # laws of a controller that looks ahead
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
 SHORTER = " shorter"  # behind a law: ramps overlap no longer than the shorter of both takes, each over its own rounding
 _REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
@@ -299,19 +312,27 @@ class Motion:
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
         end = np.minimum(self.round_end, self.reach * corners.shorter_end)
         open_start, open_end = self.overlap * self.open_start, self.overlap * self.open_end
-        bends = np.zeros(len(way))
-        if self.law == "parabola":
+        bends, cut = np.zeros(len(way)), np.asarray(1.0)
+        shorter_start = shorter_end = bends
+        if self.law in _CURVES:
+            curve = _CURVES[self.law]
             (shorter_start, flat_start), (shorter_end, flat_end) = map(
-                _parabola, (self.bend_start, self.bend_end)
+                curve, (self.bend_start, self.bend_end)
             )
             cut = np.minimum(self.overlap / _GONE_TO, 1.0)
             way = np.maximum(way - cut * (shorter_start * start + shorter_end * end), 1e-9)
             open_start, open_end = open_start * flat_start, open_end * flat_end
         first = np.minimum(np.sqrt(start * open_start), np.fmin(self.speed, corners.speed))
         last = np.minimum(np.sqrt(end * open_end), np.fmin(self.speed, corners.next_speed))
+        after = before = None
+        if self.law == "circle":
+            arcs = (cut * start * (1.0 - shorter_start), cut * end * (1.0 - shorter_end))
+            first, after = _along_arc(first, arcs[0], np.minimum(np.sqrt(start * open_start), self.speed), up)
+            last, before = _along_arc(last, arcs[1], np.minimum(np.sqrt(end * open_end), self.speed), down)
         if self.law == "parabola":
             first, after = _bending(first, start, open_start, self.bend_start, up, self.speed, cut)
             last, before = _bending(last, end, open_end, self.bend_end, down, self.speed, cut)
+        if after is not None and before is not None:
             way = np.maximum(way - after.way - before.way, 1e-9)
             bends = after.seconds + before.seconds
         last = np.minimum(last, np.sqrt(first**2 + 2.0 * up * way))
@@ -708,11 +729,29 @@ def _parabola(bend: Floats) -> tuple[Floats, Floats]:
     return np.asarray(1.0 - way), flat
 
 
+def _arc(bend: Floats) -> tuple[Floats, Floats]:
+    """The same of the arc itself, whose radius is one."""
+    half = np.maximum(0.5 * bend, 1e-6)
+    return np.asarray(np.maximum(1.0 - half / np.tan(half), 0.0)), np.ones(len(bend))
+
+
+_CURVES = {"round": _arc, "circle": _arc, "parabola": _parabola}  # that are shorter than both lines
+
+
 class _Bend(NamedTuple):
-    """Part of a parabola, next to its peak, that is passed no faster than its radius allows."""
+    """Part of an arc or a parabola, next to its middle, that is passed no faster than its radius allows."""
 
     way: Floats  # (n,) [m]
     seconds: Floats  # (n,)
+
+
+def _along_arc(middle: Floats, half: Floats, most: Floats, slow: Floats) -> tuple[Floats, _Bend]:
+    """Speed (n,) [m/s] with which half an arc, `half` (n,) [m] long, is left whose middle is passed at so many (n,)
+    [m/s], no faster than `most` (n,) [m/s] on it, by ramps of `slow` (n,) [m/s²]; and its time."""
+    ramp = np.minimum(half, np.maximum(most**2 - middle**2, 0.0) / (2.0 * slow))
+    left = np.sqrt(middle**2 + 2.0 * slow * ramp)
+    seconds = (left - middle) / slow + np.maximum(half - ramp, 0.0) / np.maximum(most, 1e-9)
+    return left, _Bend(half, np.where(half > 0, seconds, 0.0))
 
 
 def _bending(

@@ -21,6 +21,8 @@ _EQUATIONS = {
     "share shorter, as planned": r"s = \kappa\,\min(t_0(\min(r, L/2)), t_0'(\min(r, L'/2)))",
     "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
     "arc": r"v_c = \min(\sqrt{\kappa a r / \tan(\delta/2)}, v, v')",
+    "round": r"v_c = \min(\sqrt{\kappa a r / \tan(\delta/2)}, v, v'),\; l = L - r + r \delta/(2 \tan(\delta/2))",
+    "circle": r"v_c = \min(\sqrt{\kappa a r / \tan(\delta/2)}, v),\; l_c = r \delta/(2 \tan(\delta/2))",
     "parabola": r"v_c = \min(\sqrt{\kappa a r \cos^2(\delta/2) / \sin(\delta/2)}, v, v')",
 }
 _HOW = {
@@ -35,6 +37,9 @@ _HOW = {
     "share shorter": "moves overlap for {0:.0%} of the time that the quicker of both takes for its rounding",
     "radius": "rounded corners are passed at the speed that {0:.0%} of the rounding allows as a radius",
     "arc": "rounded corners are passed at the speed that an arc over {0:.0%} of the rounding allows",
+    "round": "rounded corners cut the way short by an arc, and its middle is passed at the speed that {0:.0%} of its "
+    "radius allows",
+    "circle": "rounded corners are passed along an arc, at the speed that {0:.0%} of its radius allows",
     "parabola": "rounded corners are passed along a parabola, at the speed that {0:.0%} of its radius allows",
 }
 _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
