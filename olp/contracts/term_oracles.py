@@ -493,12 +493,20 @@ def speed_clamp(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def orientation_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """v ≤ ω L / θ; or the turn as a motion of its own, from rest to rest, that the move waits for."""
+    """v ≤ ω L / θ, and a ≤ α L / θ, or not; or the turn as a motion of its own, from rest to rest, that the move waits for."""
     turn = np.where(straight(case), np.nan_to_num(case.turn), 0.0)
     if form.key == "slows the path":
         with np.errstate(divide="ignore", invalid="ignore"):
             limit = np.where((turn > 1e-9) & (case.base.way > 0), values[0] * case.base.way / turn, np.inf)
         return {"speed": np.minimum(case.base.speed, limit)}
+    if form.key == "slows the path and its ramps":
+        limited = {}
+        for name, most in zip(("speed", "accelerate", "decelerate"), (*values, values[1]), strict=True):
+            column = getattr(case.base, name).copy()
+            for k in np.flatnonzero((turn > 1e-6) & (case.base.way > 0)).tolist():
+                column[k] = min(column[k], most * case.base.way[k] / turn[k])
+            limited[name] = column
+        return limited
     if form.key == "of its own, at once":
         seconds = turn / values[0]
     elif form.key == "of its own, in two ramps":

@@ -10,6 +10,7 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _TURN = 0.02  # [rad] that a few moves have to turn
+_SLOWS, _WEAKENS = "slows the path", "slows the path and its ramps"
 _OWN = "of its own"  # the key of a turn beside the travel, and what comes behind it:
 _AT_ONCE, _RAMPS = ", at once", ", in two ramps"  # without ramps, without a limit of the speed
 
@@ -33,7 +34,8 @@ class OrientationLimit(MoveTerm):
         rate = TermParameter("rate", "rad/s", low, high, np.inf, True, "the fastest turn of the tool")
         ramp = TermParameter("acceleration", "rad/s^2", low, 400.0 * high, np.inf, True, "of the turn")
         return (
-            Form("slows the path", (rate,), r"v \le \omega L / \theta"),
+            Form(_SLOWS, (rate,), r"v \le \omega L / \theta"),
+            Form(_WEAKENS, (rate, ramp), r"v \le \omega L / \theta,\; a \le \alpha L / \theta"),
             Form(_OWN, (rate, ramp), r"T \ge \theta/\omega + \omega/\alpha"),
             Form(f"{_OWN}{_AT_ONCE}", (rate,), r"T \ge \theta/\omega"),
             Form(f"{_OWN}{_RAMPS}", (ramp,), r"T \ge 2\sqrt{\theta/\alpha}"),
@@ -54,10 +56,15 @@ class OrientationLimit(MoveTerm):
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         turn = _turns(case)
-        if form.key == "slows the path":
+        if form.key in (_SLOWS, _WEAKENS):
             # Waits have no way, and keep a speed that can be divided by.
-            slow = np.where(motion.way > 0, values[0] * motion.way / np.maximum(turn, 1e-9), np.inf)
-            return motion.with_(speed=np.minimum(motion.speed, slow))
+            per_turn = np.where(motion.way > 0, motion.way / np.maximum(turn, 1e-9), np.inf)
+            slowed = motion.with_(speed=np.minimum(motion.speed, values[0] * per_turn))
+            if form.key == _SLOWS:
+                return slowed
+            ramp = np.where(turn > 1e-6, values[1] * per_turn, np.inf)
+            up, down = (np.minimum(own, ramp) for own in (motion.accelerate, motion.decelerate))
+            return slowed.with_(accelerate=up, decelerate=down)
         if form.key.endswith(_AT_ONCE):
             whole = turn / values[0]
         elif form.key.endswith(_RAMPS):
