@@ -493,7 +493,7 @@ def speed_clamp(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def orientation_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """v ≤ ω L / θ, and a ≤ α L / θ, or not; or the turn as a motion of its own, from rest to rest, that the move waits for."""
+    """v ≤ ω L / θ, and a ≤ α L / θ, or not; or the turn as a motion of its own, from rest to rest, to wait for."""
     turn = np.where(straight(case), np.nan_to_num(case.turn), 0.0)
     if form.key == "slows the path":
         with np.errstate(divide="ignore", invalid="ignore"):
