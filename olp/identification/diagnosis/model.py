@@ -334,6 +334,10 @@ def _together(stacks: Sequence[_Stack], case: MeasuredMoves) -> _Stack:
     return _Stack(of, _Led(motion, stacked(rivals, bases, whole.rivals.moves.base)))
 
 
+_OPEN = 0.02  # of a cycle: digits that leave more open tell nothing of rounding
+_MOST_DIGITS = 6  # behind the point
+
+
 class DurationModel(NamedTuple):
     """Prediction of durations: the judged simulation's, plus what the parts change in its motion."""
 
@@ -351,7 +355,7 @@ class DurationModel(NamedTuple):
         """`seconds` and `smooth` at the price of one."""
         moves = self._moves_of(case)
         motion = self.motion(moves)
-        whole, mean = _in_cycles(_seconds_of(motion, moves), motion)
+        whole, mean = _in_cycles(_seconds_of(motion, moves), motion, moves)
         own = whole[: len(case)]  # the same array twice tells a fit that nothing is rounded
         return own, own if mean is whole else mean[: len(case)]
 
@@ -383,7 +387,7 @@ class DurationModel(NamedTuple):
         for of, led in stacks:
             moves = case.repeated(len(of))
             motion = led.together(moves)
-            both = _in_cycles(_seconds_of(motion, moves), motion)
+            both = _in_cycles(_seconds_of(motion, moves), motion, moves)
             each = (columns.reshape(len(of), -1)[:, :own] for columns in both)
             found.update(zip(of, zip(*each, strict=True), strict=True))
         return [found[at] for at in range(len(changes))]
@@ -418,17 +422,33 @@ def _seconds_of(motion: Motion, case: MeasuredMoves) -> Floats:
     return np.asarray((case.simulated + motion.duration() - _base(case)) * motion.rate)
 
 
-def _in_cycles(seconds: Floats, motion: Motion) -> tuple[Floats, Floats]:
-    """(n,) [s] whole durations rounded to the motion's cycle, and with the mean of rounding instead."""
+def _in_cycles(seconds: Floats, motion: Motion, case: MeasuredMoves) -> tuple[Floats, Floats]:
+    """(n,) [s] whole durations rounded to the motion's cycle, and with the mean of rounding instead.
+
+    A duration as near to a multiple as the simulation's digits leave it may be on either side of it: what was recorded
+    tells on which.
+    """
     cycle = motion.cycle
     if cycle <= 0:
         return seconds, seconds
-    rounded = np.ceil(seconds / cycle - motion.early - 1e-6) * cycle
+    open_by = min(float(case.once("half a digit", lambda: _half_a_digit(case.simulated))[0]), _OPEN * cycle)
+    rounded, other = (
+        np.ceil((seconds + side) / cycle - motion.early - 1e-6) * cycle for side in (-open_by, open_by)
+    )
+    rounded = np.where(np.abs(case.measured - other) < np.abs(case.measured - rounded), other, rounded)
     mean = seconds + (0.5 - motion.early) * cycle
     if not motion.timed:
         return np.asarray(rounded), mean
     waits = motion.way <= 0
     return np.where(waits, seconds, rounded), np.where(waits, seconds, mean)
+
+
+def _half_a_digit(seconds: Floats) -> Floats:
+    """(1,) [s] half of the last digit that durations have, 0 where these have more than six behind the point."""
+    for digits in range(1, _MOST_DIGITS + 1):
+        if np.abs(seconds - np.round(seconds, digits)).max(initial=0.0) < 1e-9:
+            return np.array([0.5 * 10.0**-digits])
+    return np.zeros(1)
 
 
 def _base(case: MeasuredMoves) -> Floats:

@@ -19,6 +19,7 @@ _LOOKED_AT = 240  # moves
 _SURE = 0.12  # of the coherence: durations that are multiples have 1, any others about 1/√n
 _DOUBT = 7.0  # that scatter passes in no frequency with probability 1 - exp(-7)
 _STEP, _NEAR = 0.12, 3  # of a cycle at the longest duration, and so many steps to both sides
+_SURELY = 1e-3  # of a cycle: so near the lattice found tells it, at best
 _ROUND = 0.02  # of a cycle at the longest duration: what the lattice found leaves open
 _DIGITS = 0.8  # of the frequency of the clock's digits: shorter cycles cannot be seen
 _OTHERS = 3  # cycles that are tried
@@ -40,8 +41,9 @@ class CycleQuantisation(MoveTerm):
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         found = _found(case).tolist()
-        polled = [_later("polled", case.polled)] if _differ(case) and case.polled > 0 else []
-        rounded = [form for rank, cycle in enumerate(found) for form in _rounded(rank, cycle)]
+        longest = float(case.measured[case.moving].max(initial=0.0))
+        polled = [_later("polled", case.polled, longest)] if _differ(case) and case.polled > 0 else []
+        rounded = [form for rank, cycle in enumerate(found) for form in _rounded(rank, cycle, longest)]
         timed = [
             form._replace(key=f"{form.key} {_TIMED}".strip(), equation=form.equation + _MOVING)
             for form in rounded[:2]  # the likeliest cycle's
@@ -69,17 +71,21 @@ class CycleQuantisation(MoveTerm):
         return f"{of} are whole multiples of {values[0] * 1000:.3g} ms"
 
 
-def _rounded(rank: int, cycle: float) -> tuple[Form, Form]:
-    """Durations rounded up to a cycle [s], and to the nearest; `rank`: 0 for the likeliest cycle."""
+def _rounded(rank: int, cycle: float, longest: float) -> tuple[Form, Form]:
+    """Durations, the `longest` [s] among them, rounded up to a cycle [s], and to the nearest; `rank`: 0 for the
+    likeliest cycle."""
     other = f"other {rank}" if rank else ""
-    later = _later(other, cycle)
+    later = _later(other, cycle, longest)
     return later, Form(f"nearest {other}".strip(), later.parameters, r"T = c \lfloor T_0 / c + 1/2 \rfloor")
 
 
-def _later(key: str, cycle: float) -> Form:
+def _later(key: str, cycle: float, longest: float) -> Form:
     """Moves end with the next cycle [s]: what a recorder that looks in cycles tells too late once it tells too early as
-    often, so of its cycle there is no other form."""
-    one = TermParameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
+    often, so of its cycle there is no other form. The `longest` [s] leaves it open by what is looked at."""
+    about = max(_SURELY, (_NEAR + 1) * _STEP * cycle / max(longest, cycle))
+    one = TermParameter(
+        "cycle", "s", cycle * (1 - about), cycle * (1 + about), 0.0, False, "of the controller"
+    )
     return Form(key, (one,), r"T = c \lceil T_0 / c \rceil")
 
 
