@@ -818,16 +818,15 @@ def _least_ramps(
     simulated: _SimulatedRows, slow: Floats, straight: SimulatedRamps, turning: SimulatedRamps
 ) -> tuple[Floats, Floats]:
     """(n,) accelerations and (n,) [s] that ramps take at least. Where all ramps of lines, or of joint moves, take that
-    time, or accelerations `slow` (n,) would take next to none of it, nothing tells what the drives could: then it is
-    the time of their accelerations."""
+    time, or accelerations `slow` (n,) would take next to none of it, nothing tells what the drives could: then that is
+    the time which they take, too."""
     shortest = np.zeros(len(slow))
     for law, some in ((straight, simulated.lines), (turning, simulated.joint)):
         if not law.shortest or not some.any():
             continue
         held = law.weakened(simulated.way, simulated.speed, slow)
         unknown = some & ((held < slow)[some].all() | (held < NO_RAMP * slow))
-        slow = np.where(unknown, held, slow)
-        shortest = np.where(some & ~unknown, law.shortest, shortest)
+        slow, shortest = np.where(unknown, held, slow), np.where(some, law.shortest, shortest)
     return slow, shortest
 
 

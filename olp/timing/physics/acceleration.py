@@ -44,6 +44,10 @@ class AccelerationTerm(MoveTerm):
         if form.axis >= 0:
             scale = np.where(case.led(form.axis) & case.joint, scale, 1.0)
         changed = motion.with_(accelerate=motion.accelerate * scale, decelerate=motion.decelerate * scale)
+        if case.base.shortest.any():
+            # Ramps that take one time, whatever the speed, are those of the drives: stronger ones take less.
+            own = np.abs(case.base.accelerate * case.base.shortest / case.base.top() - 1.0) < _ALIKE
+            changed = changed.with_(shortest=motion.shortest / np.where(own, np.maximum(scale, 1.0), 1.0))
         if form.key == _ALONG:
             return changed
         return changed.with_(
