@@ -484,6 +484,18 @@ def test_one_move_or_two_that_are_far_off_whatever_is_named_say_nothing_of_the_n
     assert told == pytest.approx(alone) if many < 3 else told < 0.2 * alone
 
 
+@pytest.mark.parametrize(("late", "out"), [(4, True), (8, False)])
+def test_few_moves_far_off_on_both_sides_say_nothing_of_the_name(late, out):
+    """A recorder that misses stamps: six of 288 moves left "unseen moves do not confirm it" of what all others showed.
+    Eight that are all late are more than that."""
+    rng = np.random.default_rng(5)
+    left, far = NOISE * rng.normal(size=200), np.zeros(200)
+    far[rng.permutation(200)[:8]] = np.where(np.arange(8) < late, 0.1, -0.1)
+    told = clipped_cut(left + 0.012 + far, left + far, NOISE)
+    alone = clipped_cut((left + 0.012)[far == 0], left[far == 0], NOISE)
+    assert told == pytest.approx(alone) if out else told < 0.2 * alone
+
+
 def test_what_a_name_brings_is_against_the_others_at_their_best():
     """Beside a friction and a weight the ramps of the UP20 are twice as steep as without the friction."""
     recording = read_recording(Path("samples/up20"))

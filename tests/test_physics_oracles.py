@@ -287,7 +287,25 @@ def test_through_an_arc_a_move_begins_and_ends_at_its_speed():
     assert filtered == pytest.approx(motion.with_(round_start=zero).duration() + 0.05)
 
 
-@pytest.mark.parametrize("law", ["braking", "distance", "full", "share", "flight", "radius each", "arc"])
+@pytest.mark.parametrize("build", [0.0, 0.04, 0.5])
+def test_between_corners_a_ramp_whose_acceleration_builds_up_takes_longer_by_its_own_change_of_speed(build):
+    """From √(a R) = 0.2 over 0.8 to 0.3 m/s: each ramp covers its mean speed while it lasts. At the longest time ramps do
+    not reach their acceleration."""
+    one, zero, slow = np.ones(1), np.zeros(1), 2.0
+    rounds = np.array([0.01]), np.array([0.02])
+    motion = Motion(
+        3.0 * one, 0.8 * one, slow * one, slow * one, np.inf * one, *rounds, zero, zero, one, law="arc"
+    )
+    motion = motion.with_(open_start=np.array([4.0]), open_end=np.array([4.5]), build=build * one)
+    took, left = 0.0, 3.0
+    for corner_speed in (0.2, 0.3):
+        change = 0.8 - corner_speed
+        reached = change >= slow * build
+        ramp = change / slow + build if reached else 2.0 * np.sqrt(change * build / slow)
+        took, left = took + ramp, left - 0.5 * (0.8 + corner_speed) * ramp
+    assert motion.duration() == pytest.approx(took + left / 0.8)
+
+
 def averaged(speed, slow, average, pieces=2000):
     """Times before the stop [s] and what is left then [m] of braking whose speed passes a moving average, in steps."""
     step = average / pieces

@@ -62,6 +62,8 @@ _APART = range(
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
+# Of the moves: more that are far off whatever is named are no outliers; and of those on the one side, on the other.
+_OUTLIERS, _BOTH_SIDES = 0.05, 0.25
 ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 _SURE_DRIFT = 3.0  # standard errors
 NOTICED = 1.05  # times the error with a name: without it, it is more
@@ -184,11 +186,14 @@ def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
     """`cut`, where what is far off counts as no more than far: no single move decides.
 
     Far is what is far among all moves, or among those that differ: in most moves a name need not act at all. One move
-    or two that are far off beside all others, with it and without it, say nothing of it and are left out.
+    or two that are far off beside all others, with it and without it, or few that are so on both sides, as a recorder
+    makes them, say nothing of it and are left out.
     """
     off = np.minimum(np.abs(without), np.abs(with_it))
     alone = off > _CLIP * 1.4826 * max(float(np.median(np.abs(with_it))), floor)
-    if 0 < alone.sum() < FEWEST_FAR:
+    late, early = int((with_it[alone] > 0).sum()), int((with_it[alone] < 0).sum())
+    scattered = min(late, early) >= _BOTH_SIDES * max(late, early) and late + early <= _OUTLIERS * len(off)
+    if alone.any() and (late + early < FEWEST_FAR or scattered):
         without, with_it = without[~alone], with_it[~alone]
     differs = np.abs(without - with_it) > ACTS * floor
     some = without[differs] if differs.sum() >= _FEWEST else without

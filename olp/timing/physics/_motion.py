@@ -305,7 +305,8 @@ class Motion:
     def _through_arcs(self) -> Floats:
         """`duration` of moves that begin and end at the speeds of the arcs or parabolas at their corners.
 
-        Where acceleration takes time to build up, ramps from and to rest take as much longer as between stops.
+        Where acceleration takes time to build up, ramps from and to rest take as much longer as between stops, those
+        from and to a corner's speed by their own change of speed.
         """
         corners, up, down = self._neighbours, self.accelerate, self.decelerate
         way = np.maximum(self.way, 1e-9)
@@ -347,6 +348,9 @@ class Motion:
             bare = self.with_(jerk=none + np.inf, build=none, filtered=none)
             rests = 0.5 * ((first == 0.0).astype(np.float64) + (last == 0.0))
             travel = travel + rests * (self._travel()[0] - bare._travel()[0])
+        if self._jerked:
+            for speed, slow, jerk in zip((first, last), (up, down), self._jerks, strict=True):
+                travel = travel + _longer_from(speed, top, slow, jerk)
         travel = np.where(self.way > 0, travel + bends, 0.0)
         whole = np.maximum(travel, self.least) + self.added
         return np.asarray(whole + self._delay(top) if self._waits else whole)
@@ -799,6 +803,14 @@ def _above(acceleration: Floats, at_rest: Floats, share: Floats) -> Floats:
     f V on a0/(1 + s (1 + 2f)/3), both by the time that they take beyond their way at full speed.
     """
     return acceleration * at_rest / np.maximum(1.0 + (at_rest - 1.0) * (1.0 + 2.0 * share), _LEAST_ABOVE)
+
+
+def _longer_from(speed: Floats, top: Floats, slow: Floats, jerk: Floats) -> Floats:
+    """(n,) [s] by which moves take longer with a ramp between a corner's `speed` and the `top` one (n,) [m/s] whose
+    acceleration builds up: it covers its mean speed for as long, which cruising does not."""
+    change = np.where(speed > 0, np.maximum(top - speed, 0.0), 0.0)
+    longer = _ramp(change, slow, jerk) - change / slow
+    return np.asarray(longer * change / (2.0 * np.maximum(top, 1e-9)))
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
