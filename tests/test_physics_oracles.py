@@ -289,8 +289,8 @@ def test_through_an_arc_a_move_begins_and_ends_at_its_speed():
 
 @pytest.mark.parametrize("build", [0.0, 0.04, 0.5])
 def test_between_corners_a_ramp_whose_acceleration_builds_up_takes_longer_by_its_own_change_of_speed(build):
-    """From √(a R) = 0.2 over 0.8 to 0.3 m/s: each ramp covers its mean speed while it lasts. At the longest time ramps do
-    not reach their acceleration."""
+    """From √(a R) = 0.2 over 0.8 to 0.3 m/s: each ramp covers its mean speed while it lasts. At the longest time none
+    reaches its acceleration."""
     one, zero, slow = np.ones(1), np.zeros(1), 2.0
     rounds = np.array([0.01]), np.array([0.02])
     motion = Motion(
