@@ -256,8 +256,8 @@ def coulomb_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def viscous_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """a - k v speeding up, a + k v braking; of the fastest axis a (1 - k v) and a (1 + k v)."""
-    if form.key == "axes":
+    """a - k v speeding up, a + k v braking; of the fastest axis a (1 - k v) and a (1 + k v); or braking as without."""
+    if form.key.startswith("axes"):
         assert case.rates is not None
         per = rates_of(case, case.rates.rated, -1)
         used = [in_ramp(case, per, end) for end in (0, 1)]
@@ -268,7 +268,8 @@ def viscous_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         ]
 
     def slower(end: int, top: Array) -> Array:
-        against = values[0] * used[end] * top[:, None] * _U * (-1.0 if end else 1.0)
+        helped = 0.0 if form.key.endswith("speeding up") else -1.0
+        against = values[0] * used[end] * top[:, None] * _U * (helped if end else 1.0)
         return np.asarray(1.0 / np.maximum(1.0 - against, 0.05))
 
     return both(case, *_by_speed(case, case.base.speed, slower))

@@ -12,12 +12,16 @@ from olp.timing.physics._ramps import PASSED, divided_by_speed, fastest_along, p
 from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, TermParameter
 
 _MOST = 0.95  # of the force that friction may take at the highest speed
-_SIGNS = np.array([1.0, -1.0])[:, None, None]  # friction is against drives, and helps brakes
+# Friction is against drives, and helps brakes, unless a planner brakes as it did without.
+_SIGNS, _DRIVES = np.array([1.0, -1.0])[:, None, None], np.array([1.0, 0.0])[:, None, None]
 _EQUATIONS = {
     "": r"a_{acc} = a - k v,\; a_{dec} = a + k v",
     "axes": r"a_{acc} = a\,(1 - k \dot q),\; a_{dec} = a\,(1 + k \dot q)",
+    "speeding up": r"a_{acc} = a - k v,\; a_{dec} = a",
+    "axes, speeding up": r"a_{acc} = a\,(1 - k \dot q),\; a_{dec} = a",
 }  # by the speed of the path, or by that of the fastest axis
-_MEANS = {"": "of acceleration per speed", "axes": "share of acceleration per speed of the fastest axis"}
+_AXES, _ALONE = "axes", "speeding up"  # what keys begin and end with
+_MEANS = {False: "of acceleration per speed", True: "share of acceleration per speed of the fastest axis"}
 
 
 class ViscousFriction(MoveTerm, LogTerm):
@@ -38,8 +42,9 @@ class ViscousFriction(MoveTerm, LogTerm):
         for key, equation in _EQUATIONS.items():
             share = _shares(case, key)[case.moving]
             if len(share) and np.ptp(share) > 0:
+                means = _MEANS[key.startswith(_AXES)]
                 loss = TermParameter(
-                    "loss", _unit(case, key), 0.0, _MOST / float(share.max()), 0.0, False, _MEANS[key]
+                    "loss", _unit(case, key), 0.0, _MOST / float(share.max()), 0.0, False, means
                 )
                 forms.append(Form(key, (loss,), equation))
         return tuple(forms)
@@ -49,16 +54,18 @@ class ViscousFriction(MoveTerm, LogTerm):
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         """Ramps whose force falls, or grows, with the speed: ∫ dv / (a ∓ k v)."""
-        if form.key == "axes":
+        if form.key.startswith(_AXES):
             shares = fastest_along(case, "axes")
         else:
             shares = PASSED / np.stack([motion.accelerate, motion.decelerate])[..., None]
-        return divided_by_speed(motion, values[0] * _SIGNS * shares, _divided)
+        signs = _DRIVES if form.key.endswith(_ALONE) else _SIGNS
+        return divided_by_speed(motion, values[0] * signs * shares, _divided)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         most = values[0] * float(_shares(case, form.key)[case.moving].max())
-        of = " of the fastest axis" if form.key == "axes" else ""
-        return f"friction{of} takes up to {most:.0%} of the force at the programmed speeds"
+        of = " of the fastest axis" if form.key.startswith(_AXES) else ""
+        when = ", which braking does not use" if form.key.endswith(_ALONE) else ""
+        return f"friction{of} takes up to {most:.0%} of the force at the programmed speeds{when}"
 
     def seen_in(self, columns: frozenset[str]) -> bool:
         return bool(columns & {"torque", "current"})
@@ -79,10 +86,10 @@ def _divided(share: Floats) -> tuple[Floats, Floats]:
 def _shares(case: MeasuredMoves, key: str) -> Floats:
     """(n,) [s] speed over acceleration of the simulation; "axes": [1] or [rad/s] speed of the fastest axis."""
     top = case.base.top()
-    return np.asarray(per_speed(case, key) * top if key == "axes" else top / case.base.accelerate)
+    return np.asarray(per_speed(case, "axes") * top if key.startswith(_AXES) else top / case.base.accelerate)
 
 
 def _unit(case: MeasuredMoves, key: str) -> str:
-    if key != "axes":
+    if not key.startswith(_AXES):
         return "1/s"
     return "1" if case.rates is not None and case.rates.rated is not None else "s/rad"
