@@ -414,15 +414,16 @@ def test_no_move_passes_the_speed_at_which_no_torque_is_left():
     assert term.act(case.base, form, np.array([idle]), case).speed.max() < idle
 
 
-def test_ramps_of_viscous_friction_cost_what_integrating_the_force_costs():
-    """Both ramps together, where friction takes up to half of the force."""
+@pytest.mark.parametrize(("key", "braked"), [("", 1), ("speeding up", 0)])
+def test_ramps_of_viscous_friction_cost_what_integrating_the_force_costs(key, braked):
+    """Both ramps together, where friction takes up to half of the force, and helps to brake or not."""
     case, term = long_case(), load_term("viscous-friction")
-    (form,) = term.forms(case)
+    (form,) = (form for form in term.forms(case) if form.key == key)
     loss = 0.5 * form.parameters[0].high
     moved = term.act(case.base, form, np.array([loss]), case)
     for k in range(0, len(case), 3):
         speed, a = case.base.speed[k], case.base.accelerate[k]
-        expected = sum(ramp_cost(lambda v, a=a, s=sign: a + s * loss * v, speed)[0] for sign in (-1, 1))
+        expected = sum(ramp_cost(lambda v, a=a, s=sign: a + s * loss * v, speed)[0] for sign in (-1, braked))
         cost = 0.5 * speed / moved.accelerate[k] + 0.5 * speed / moved.decelerate[k]
         assert cost == pytest.approx(expected, rel=0.06)
 
@@ -446,7 +447,7 @@ def played_against_friction(way, speed, up, down, steps=4000):
     return seconds + (way - covered) / low
 
 
-@pytest.mark.parametrize("key", ["", "axes"])
+@pytest.mark.parametrize("key", ["", "axes", "speeding up", "axes, speeding up"])
 def test_moves_against_viscous_friction_take_what_integrating_it_takes(key):
     """Long and short ones; by the speed of the path, or by the share of its rated speed that the fastest axis has."""
     case = rich_case(moves=150, joint_moves=80, seed=12)
@@ -460,12 +461,13 @@ def test_moves_against_viscous_friction_take_what_integrating_it_takes(key):
     grown = 0
     for k in range(len(rows)):
         a = base.accelerate[k]
-        share = loss * fastest[k] if key else loss / a
+        share = loss * fastest[k] if key.startswith("axes") else loss / a
+        helped = 0.0 if key.endswith("speeding up") else share
         expected = played_against_friction(
             base.way[k],
             base.speed[k],
             lambda v, a=a, share=share: a * np.maximum(1 - share * v, 0.05),
-            lambda v, a=a, share=share: a * (1 + share * v),
+            lambda v, a=a, share=helped: a * (1 + share * v),
         )
         assert seconds[k] == pytest.approx(expected, rel=2e-3)
         grown += expected > 1.01 * base.duration()[k]
