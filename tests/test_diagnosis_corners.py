@@ -349,6 +349,16 @@ def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop,
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
 
 
+def test_a_robot_that_stops_at_corners_spends_there_what_its_simulation_takes_at_stops():
+    """It was a time per move, as much less at stops, and blending."""
+    made, rng = programmed()
+    made.stop = np.arange(len(made.length)) % 5 == 4
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02, 0.05], len(made.length)))
+    sim = through_arcs(made) + 0.1 * made.stop
+    answer = diagnosed(made, driven(made) + 0.1, sim, rng)
+    assert ([one.term for one in answer.findings], answer.verdict) == (["blending"], "explained")
+
+
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
 def test_limits_of_the_tools_turn_are_told_where_corners_are_rounded(drop, tmp_path):
     """Law of corners and limits of the turn hang on each other; corners are passed as if the tool did not turn."""

@@ -808,7 +808,7 @@ def _above(acceleration: Floats, at_rest: Floats, share: Floats) -> Floats:
 def _longer_from(speed: Floats, top: Floats, slow: Floats, jerk: Floats) -> Floats:
     """(n,) [s] by which moves take longer with a ramp between a corner's `speed` and the `top` one (n,) [m/s] whose
     acceleration builds up: it covers its mean speed for as long, which cruising does not."""
-    change = np.where(speed > 0, np.maximum(top - speed, 0.0), 0.0)
+    change = np.where(speed > 0, np.maximum(top - speed, 1e-12), 1e-12)
     longer = _ramp(change, slow, jerk) - change / slow
     return np.asarray(longer * change / (2.0 * np.maximum(top, 1e-9)))
 

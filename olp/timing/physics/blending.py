@@ -45,6 +45,9 @@ _HOW = {
 _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
 _OWN = ("full", "braking", "distance", "radius")
 _SHORTER = tuple(law + SHORTER for law in ("braking", "share"))  # as long as the quicker of both ramps takes
+_STOPS = (
+    0.05  # [1] of a rounding, or of the ramps there: who uses less stops at the corner, the more so the less
+)
 _UNKNOWN = 1e-6  # [m] a rounding that nobody tells the size of
 _CUT = ", cut"  # behind the key of a form: how much of the shorter move may be rounded is fitted too
 _SHARE = ", as a share"  # behind the key of a form: a rounding is a share of the way, as controllers' of joint moves
@@ -117,9 +120,9 @@ class Blending(MoveTerm):
         last = {"portion": third, "reach": 0.5} if _SHARE in form.key else {"reach": third, "portion": 0.0}
         how = {"law": _law(form), "overlap": overlap, "split": split, **last}
         if not form.key.endswith(_PLANNED):
-            return motion.with_(**how, added=motion.added - _at_corners(case))
+            return motion.with_(**how, added=motion.added + _as_stops(case, _law(form), overlap))
         stops = case.once("without corners", lambda: case.base.with_(law="stop").duration())
-        passed = case.base.with_(**how, added=case.base.added - _at_corners(case))
+        passed = case.base.with_(**how, added=case.base.added + _as_stops(case, _law(form), overlap))
         saved = stops - passed.duration()
         return motion.with_(law="stop", added=motion.added - saved)
 
@@ -135,11 +138,29 @@ class Blending(MoveTerm):
         return f"{how}; the move before the corner gains {share:.0%} of it"
 
 
-def _at_corners(case: MeasuredMoves) -> Floats:
-    """(n,) [s] that a simulation which stops at rounded corners takes there as at every stop."""
-    base = case.base
-    stops = (base.law == "stop") & (base.round_end > 0) & case.moving
-    return case.once("time at corners", lambda: np.where(stops, base.added, 0.0))
+def _as_stops(case: MeasuredMoves, law: str, overlap: float) -> Floats:
+    """(n,) [s] that rounded corners take beside their ramps, less what the simulation takes there: who stops at them
+    spends what a simulation takes at every stop, who passes them does not."""
+    stopped = 0.0 if law == "fixed" else 1.0 - min(overlap / _STOPS, 1.0)
+    at_stops, simulated = _at_corners(case)
+    return np.asarray(stopped * at_stops - simulated)
+
+
+def _at_corners(case: MeasuredMoves) -> tuple[Floats, Floats]:
+    """(n,) [s] each: what a simulation takes at every stop, of moves with rounded ends; and what it takes there, which
+    is the same where it stops at them, else nothing."""
+
+    def work_out() -> Floats:
+        base = case.base
+        rounded = (base.round_end > 0) & case.moving
+        if base.law == "stop":
+            return np.stack([np.where(rounded, base.added, 0.0)] * 2)
+        stops = base.added[case.moving & ~rounded]
+        time = float(np.median(stops)) if len(stops) else 0.0
+        return np.stack([np.where(rounded, max(time, 0.0), 0.0), np.zeros(len(case))])
+
+    at_stops, simulated = case.once("time at corners", work_out)
+    return at_stops, simulated
 
 
 def _law(form: Form) -> str:
