@@ -46,14 +46,8 @@ class OrientationLimit(MoveTerm):
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         turn = _turns(case)
-        turns = turn > _TURN
-        needed = turn[turns] / np.maximum(case.simulated[turns], 1e-3)
+        needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
         rates = limits_reached(needed)
-        if form.key in (_SLOWS, _WEAKENS):
-            # What a limit of the path's speed cuts is how fast the tool turns at that speed, not on the mean.
-            rates = limits_reached(
-                turn[turns] * case.base.top()[turns] / np.maximum(case.base.way[turns], 1e-9)
-            )
         if form.key.endswith(_RAMPS):
             return limits_reached(4.0 * needed / np.maximum(case.simulated[turn > _TURN], 1e-3))[:, None]
         if len(form.parameters) == 1:
