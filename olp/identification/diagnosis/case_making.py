@@ -167,15 +167,14 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
 
 def with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
     """The same moves, where accelerations of lines that build up in a time do so at one jerk; None where that is not
-    the same simulation, as its accelerations differ, or where nothing builds up. Lower ones of few lines are limits of
-    these, of the tool's turn for example, and have a jerk of their own.
+    the same simulation, as its accelerations differ, or where nothing builds up.
 
     The simulation leaves open how long another acceleration, which only the robot has, takes to build up.
     """
     base = case.base
     built = (base.build > 0) & ~case.joint
     ramps = np.concatenate([base.accelerate[built], base.decelerate[built]])
-    if not built.any() or np.mean(ramps < (1.0 - _ONE_ACCELERATION) * float(ramps.max())) >= _FEW:
+    if not built.any() or np.ptp(ramps) > _ONE_ACCELERATION * float(ramps.max()):
         return None
     jerk = np.where(built, base.accelerate / np.where(built, base.build, 1.0), base.jerk)
     return replace(case, base=base.with_(jerk=jerk, build=np.where(built, 0.0, base.build)), derived={})

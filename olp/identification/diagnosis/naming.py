@@ -123,19 +123,15 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
 
 
 def _set_apart(known: ModelFit, case: MeasuredMoves, noise: Noise, whole: PartShelf) -> tuple[Mask, ModelFit]:
-    """(n,) the moves that wait beside what is `known` without conditions, or beside nothing, and what the others tell;
-    none where a name under a condition explains all moves at a lower price: each would make up for some of what the
-    other does. What is `known` makes up for waits of many moves."""
-    best = _found(case, noise, whole, known)
-    tried = [(price(best), np.zeros(len(case), dtype=bool), best)]
-    for beside in (known, fit(DurationModel(), case, noise)):
-        late = _waits(beside, case, noise)
-        if late.any() and not any(np.array_equal(late, seen) for _, seen, _ in tried):
-            clean, shelf = _without(late, case, whole)
-            apart = _found(clean, noise, shelf)
-            tried.append((price(apart) + _price_apart(late, apart), late, apart))
-    _, late, best = min(tried, key=lambda one: one[0])
-    return late, best
+    """(n,) the moves that wait beside what is `known` without conditions, and what the others tell; none where a name
+    under a condition explains all moves at a lower price: each would make up for some of what the other does."""
+    late, best = _waits(known, case, noise), _found(case, noise, whole, known)
+    if late.any():
+        clean, shelf = _without(late, case, whole)
+        apart = _found(clean, noise, shelf)
+        if price(apart) + _price_apart(late, apart) < price(best):
+            return late, apart
+    return np.zeros_like(late), best
 
 
 def price_of(named: NamingResult) -> float:

@@ -108,8 +108,7 @@ def heavy_tails(named: NamingResult) -> float:
     """[s²] of the mean square of what the names leave, what is a scatter's; none of a pattern."""
     if named.remains.structured:
         return 0.0
-    named_any = bool(named.fit.model.parts) or bool(named.late.any())
-    return tails_of(left_over(named), named.clean, beside_names=named_any)
+    return tails_of(left_over(named), named.clean, beside_names=bool(named.fit.model.parts))
 
 
 def _beside(off: Floats, tails: float) -> float:
