@@ -1161,16 +1161,18 @@ def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_non
         assert set(terms["external-wait"].moves) >= set((np.flatnonzero(late > 0.05) + 1).tolist())
 
 
-@pytest.mark.parametrize("waits", [True, False])
-def test_moves_to_where_parts_come_from_wait_as_it_comes_or_have_a_law_of_their_place(waits, tmp_path):
-    """Every third move goes down to a place of a pallet, and waits there for a part; or goes against a hose, the more
-    the farther out. No line is recorded, and what makes up for the waits of a third of all moves hides them."""
+@pytest.mark.parametrize(("waits", "of", "some"), [(True, 3, 1), (True, 5, 2), (False, 3, 1)])
+def test_moves_to_where_parts_come_from_wait_as_it_comes_or_have_a_law_of_their_place(
+    waits, of, some, tmp_path
+):
+    """One move of three, or two of five, go down to a place of a pallet and wait there for a part; or go against a
+    hose, the more the farther out. No line is recorded that would tell them."""
     start, end, way, speed = program(27)
     rng = np.random.default_rng(27)
-    there = np.arange(COUNT) % 3 == 1
+    there = (np.arange(COUNT) % of > 0) & (np.arange(COUNT) % of <= some)
     end[there, 2] = 0.05
     end[there, 0] = 0.5 + 0.1 * (np.arange(int(there.sum())) % 8)
-    start[2::3] = end[1::3][: len(start[2::3])]
+    start[1:] = np.where(there[:-1, None], end[:-1], start[1:])
     way = np.linalg.norm(end - start, axis=1)
     late = there * (rng.uniform(0.05, 0.9, COUNT) if waits else 0.3 * end[:, 0] ** 2)
     real = travel(way, speed, ACCELERATION) + late + 0.002 * rng.normal(size=COUNT)

@@ -194,21 +194,51 @@ def test_a_simulation_whose_ramps_have_a_shortest_time_is_told(written, tmp_path
 @pytest.mark.parametrize("law", ["stop", "filtered", "build"])
 def test_a_time_beside_ramps_is_told_by_moves_of_which_most_do_not_reach_their_speed(law):
     """Times of moves that do are straight lines of their ramps; those of the others lead far away from the law."""
-    made = {
-        0.2: (1, 8, 15, 35),
-        0.3: (2, 4, 8, 15, 25, 35),
+    ways = {
+        0.2: (1, 8, 15, 15, 35, 35),
+        0.3: (2, 4, 8, 15, 25, 25, 25, 28, 35),
         0.4: (4, 35),
         0.6: (1, 2, 4, 8, 15, 35),
-        0.8: (2, 4, 25),
+        0.8: (2, 2, 4, 25),
     }
-    way, speed = np.array([(cm / 100, fast) for fast, ways in made.items() for cm in ways]).T
+    way, speed = np.array([(cm / 100, fast) for fast, each in ways.items() for cm in each]).T
     ramps = SimulatedRamps(stronger=1.4, **{law: 0.137})
-    sim = np.round(ramps.seconds(way, speed, np.full(21, 1.4)), 4)
-    found = ramps_of(way, speed, np.full(21, np.nan), sim, np.ones(21, bool))
+    sim = np.round(ramps.seconds(way, speed, np.full(27, 1.4)), 4)
+    found = ramps_of(way, speed, np.full(27, np.nan), sim, np.ones(27, bool))
     assert (found.stronger, getattr(found, law)) == (
         pytest.approx(1.4, rel=2e-3),
         pytest.approx(0.137, abs=5e-4),
     )
+
+
+@pytest.mark.parametrize(
+    ("term", "value", "ramp", "fastest"),
+    [
+        ("acceleration", 0.6, 1 / 0.6, 9.0),
+        ("acceleration", 1.5, 1 / 1.5, 9.0),
+        ("speed-clamp", 0.4, 1.0, 0.4),
+    ],
+)
+def test_where_all_ramps_take_one_time_an_acceleration_scales_it_and_a_clamp_does_not(
+    term, value, ramp, fastest, tmp_path
+):
+    """As of controllers with time constants. Nobody wrote an acceleration: the simulation's seemed to have no end."""
+    rng, time = np.random.default_rng(9), 0.2
+    made = planted.program(rng, 90)
+    made.speed = np.minimum(rng.choice([0.1, 0.3, 0.6], 90), 0.5 * made.length / time)
+    sim = made.length / made.speed + time
+    real = made.length / np.minimum(made.speed, fastest) + ramp * time
+    folder = planted.write(tmp_path / "recording", made, real, sim, NOISE, rng)
+    table = list(csv.DictReader((folder / "moves.csv").read_text().splitlines()))
+    kept = [name for name in table[0] if name != "accel_mm_s2"]
+    rows = [",".join(row[name] for name in kept) for row in table]
+    (folder / "moves.csv").write_text("\n".join([",".join(kept), *rows]) + "\n")
+    case = case_of(read_recording(folder)).case
+    np.testing.assert_allclose(case.base.duration(), sim, atol=1e-3)
+    form = next(form for form in load_term(term).forms(case) if not form.key)
+    null = 1.0 if term == "speed-clamp" else form.parameters[0].null
+    part = ModelPart(load_term(term), form, np.array([value * null]))
+    np.testing.assert_allclose(DurationModel((part,)).seconds(case), real, atol=2e-3)
 
 
 def test_moves_that_a_simulation_makes_slower_than_all_others_have_their_own_accelerations():
