@@ -4597,6 +4597,17 @@ def test_an_argument_that_goes_into_whole_numbers_is_tried_with_whole_numbers():
     assert not receipt.verdict.objections
 
 
+@pytest.mark.parametrize(
+    ("rows", "taken"),
+    [(["R[1]=AR[1]"], "1.0"), (["R[1]=R[2]+AR[1]"], "1.0"), (["IF R[2]>AR[1],JMP LBL[1]", "LBL[1]"], "1.0")],
+)
+def test_an_argument_that_is_computed_with_may_be_a_fraction(rows, taken):
+    """Where no variable takes it as it is, none of whole numbers does: what is rounded would not be seen."""
+    program = read(tp("R[2]=2", *rows), "tp")
+    says = "argument 1 of the main routine, which nothing here calls, is taken as "
+    assert {a.says.removeprefix(says) for a in run(program).assumptions if says in a.says} == {taken}
+
+
 def test_a_place_that_an_instruction_which_goes_computes_is_not_to_be_taught():
     """AS: `POINT .f = FRAME(o,x,y,o)` became a comment, and what is computed from `.f` said that nobody declares it."""
     tables = ".TRANS\no 500 100 400 90 180 0\nx 600 100 400 90 180 0\ny 500 200 400 90 180 0\n.END\n"

@@ -435,9 +435,9 @@ _WHOLE_STORES: Final = frozenset({ex.Store.BYTE, ex.Store.INTEGER, ex.Store.DOUB
 
 
 def _takes_whole(m: Machine, e: ex.Argument) -> bool:
-    """Whether all that take an argument are variables of whole numbers: who calls with a fraction errs."""
+    """Whether an argument goes into variables of whole numbers alone: who calls with a fraction errs."""
     takers = [s.target for s in m.frame.job.body if type(s) is Assign and s.value == e]
-    return all(type(one) is ex.Variable and one.store in _WHOLE_STORES for one in takers)
+    return bool(takers) and all(type(one) is ex.Variable and one.store in _WHOLE_STORES for one in takers)
 
 
 def uncalled_argument(m: Machine, number: int, type_: str) -> Value | None:
