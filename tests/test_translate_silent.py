@@ -4584,6 +4584,9 @@ def test_data_that_programs_beside_this_one_set_are_asked_for(sets, tmp_path):
     made = convert(linked.program, "krl", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
     asked = [x for x in before_it_runs(linked, made.translated, "krl", None, True) if "no part of this" in x]
     assert [x.rpartition(": ")[2] for x in asked] == (["tNow (chooses.mod)"] if sets else [])
+    (tmp_path / "logs.mod").write_text(" " * 4_000_001)
+    told = [x for x in before_it_runs(linked, made.translated, "krl", None, True) if "too large" in x]
+    assert [x.rpartition(": ")[2] for x in told] == ["logs.mod"]
 
 
 def test_an_argument_that_goes_into_whole_numbers_is_tried_with_whole_numbers():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Set
 from pathlib import Path
 from typing import Final
 
@@ -218,22 +218,36 @@ def _set_by_others(linked: Linked, target: str) -> Iterator[str]:
         rf"^[ \t]*({words})(?![\w$])(?:\[[^\]\n]*\]|\{{[^}}\n]*\}}|\.\w+)*+[ \t]*(?::=|=(?!=))",
         re.IGNORECASE | re.MULTILINE,
     )
-    parts = {Path(part.path).name for part in linked.parts}
     found: dict[str, str] = {}
-    left = _MOST_READ
-    for other in sorted(path.parent.iterdir()):
-        if other.suffix.lower() not in vendor.suffixes or other.name in parts or not other.is_file():
-            continue
-        try:
-            left -= other.stat().st_size
-            text = other.read_bytes().decode("latin-1") if left >= 0 else ""
-        except OSError:  # it may not be read
-            continue
-        for name in sets.findall(text):
-            found.setdefault(names[name.casefold()], other.name)
+    unread: list[str] = []
+    for file, text in _beside(path, vendor.suffixes, {Path(part.path).name for part in linked.parts}):
+        if text is None:
+            unread.append(file)
+        for name in sets.findall(text or ""):
+            found.setdefault(names[name.casefold()], file)
     if found:
         things = some(f"{name} ({file})" for name, file in sorted(found.items()))
         yield f"set these as other programs of the folder do, which are no part of this translation: {things}"
+    if unread:
+        yield f"see whether these set data of this program, too: they are too large, or may not be read: {some(unread)}"
+
+
+def _beside(path: Path, suffixes: Collection[str], parts: Set[str]) -> Iterator[tuple[str, str | None]]:
+    """The programs in the folder of `path` that are none of its `parts`: name and text, None of what is not read."""
+    left = _MOST_READ
+    try:
+        others = sorted(path.parent.iterdir())
+    except OSError:  # a folder may be entered and not listed
+        yield f"all of {path.parent.name}", None
+        return
+    for other in others:
+        if other.suffix.lower() not in suffixes or other.name in parts or not other.is_file():
+            continue
+        try:
+            left -= other.stat().st_size
+            yield other.name, other.read_bytes().decode("latin-1") if left >= 0 else None
+        except OSError:
+            yield other.name, None
 
 
 def _systems(translated: Translated) -> Iterator[str]:
