@@ -12,9 +12,7 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, Final, TypeVar
 
 T = TypeVar("T")
-_FEW: Final = (
-    4  # fields, which are set one by one through their slots faster than the class changes there and back
-)
+_FEW: Final = 4  # fields: to set their slots one by one is faster than to change the class there and back
 _OPEN: Final[dict[type, type]] = {}  # of each class: the one that lets its fields be set
 
 

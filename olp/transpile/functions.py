@@ -51,7 +51,7 @@ def functions(program: Program, work: TranslationContext) -> Program:
             e = _shorter(e, symbols, name)
             if type(e) is ex.Function and e.name == AS_TEXT:
                 _refuse_places(e, at[0], symbols, name, work)
-            if type(e) is ex.Function and e.name == "inverse" and not work.limits.near_joints:
+            if type(e) is ex.Function and e.name == "inverse" and not near:
                 e = _anywhere(e, at[0], work)
             if not work.limits.text_decimals and type(e) is ex.Function and e.name == AS_TEXT:
                 e = _as_text(e, at[0], work)

@@ -607,9 +607,8 @@ class Points:
             literal = replace(literal, external=beside) if beside else literal
             stem = _point_name(store, number)
             called = routine.points.names.get(number, "") if store is ex.Store.ROBOT else ""
-            readable = called and re.search(
-                "[A-Za-z]", called
-            )  # of other letters a name of any target keeps nothing
+            # Of other letters a name of any target keeps nothing.
+            readable = called and re.search("[A-Za-z]", called)
             name = self.names[key] = self.add(called if readable else stem, literal, point.state, point.line)
             self.work.names[("point", f"{routine.name}.{stem}")] = name
         return ex.Named(name)
