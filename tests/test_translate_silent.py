@@ -3360,7 +3360,7 @@ def test_registers_that_krl_divides_as_integers_are_asked_to_hold_whole_numbers(
 
 def test_a_number_that_gets_one_of_which_nobody_knows_is_no_integer():
     made = converted(tp("R[7]=R[8]", "R[6]=R[7] MOD 2"), "tp", "krl")
-    assert b"DECL REAL R7=0.0" in b"".join(made.files.values())
+    assert b"REAL R7=0.0" in b"".join(made.files.values())
     assert any("may be a fraction" in loss.says for loss in made.translated.losses)
 
 
@@ -4506,13 +4506,13 @@ def test_a_tool_that_the_program_sets_itself_is_not_asked_for():
 
 
 @pytest.mark.parametrize("calls", [True, False])
-def test_registers_that_a_routine_of_no_file_reads_too_are_global_in_krl(calls):
+def test_registers_are_global_in_krl(calls):
+    """All programs of the source's controller set and read them, also those that call this one."""
     rows = ("R[1]=R[1]+1", "PR[5,3]=10", *(("CALL ELSEWHERE",) if calls else ()), "L P[1] 100mm/sec FINE")
     text = _text_of(converted(tp(*rows, positions=(P1,)), "tp", "krl"))
-    assert ("PUBLIC" in text) is calls
-    said = "GLOBAL " if calls else ""
+    assert "PUBLIC" in text
     found = {name: word for word, name in re.findall(r"DECL (GLOBAL )?\w+ (\w+)=", text)}
-    assert (found["P1"], found["PV5"], found["R1"]) == ("", said, said)
+    assert (found["P1"], found["PV5"], found["R1"]) == ("", "GLOBAL ", "GLOBAL ")
 
 
 @pytest.mark.parametrize(
@@ -4636,3 +4636,141 @@ def test_elements_that_a_person_copies_have_other_numbers_where_arrays_begin_wit
     made = convert(program, target, Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
     asked = [things for says, things in made.translated.asks.items() if "one higher in each index" in says]
     assert asked == ([("letter",)] if told else [])
+
+
+# --- What other programs see of one -------------------------------------------------------------------------
+
+
+def test_data_that_last_and_that_other_modules_see_are_global_in_krl():
+    data = ("PERS num seen:=3;", "LOCAL PERS num own:=4;", "CONST num two:=2;", "VAR num y;")
+    data += (*TARGETS[:1], "PERS tooldata hand:=[TRUE,[[0,0,90],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];")
+    rows = ("y:=seen*own+two;", "seen:=y;", "own:=y;", "MoveL p1,v100,fine,hand;")
+    text = translated(module(*rows, data=data), "rapid", "krl")
+    found = {name: word for word, name in re.findall(r"DECL (GLOBAL )?\w+ (\w+)=", text)}
+    assert (found["seen"], found["own"], found["hand"]) == (
+        "GLOBAL ",
+        "",
+        "",
+    )  # programs share tools as they are
+
+
+def test_a_script_shows_no_other_program_its_registers():
+    """A recipe sets registers that others read: "all exact", and nobody could read them."""
+    made = converted(tp("R[100]=30", "R[101:speed]=1"), "tp", "urscript")
+    (names,) = [names for says, names in made.translated.asks.items() if "sees no variable of it" in says]
+    assert names == ("R100", "speed")
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_data_that_last_and_that_a_start_sets_are_named(target):
+    """KRL's `gnActSt`, which a program only sets, had its first value again at each start, without a word."""
+    text = module(
+        "y:=station*2;",
+        "station:=2;",
+        "done:=1;",
+        data=("PERS num station:=20;", "PERS num done:=0;", "VAR num y;"),
+    )
+    made = converted(text, "rapid", target)
+    (names,) = [names for says, names in made.translated.asks.items() if "it sets their first values" in says]
+    assert names == ("done",)  # of the other one a loss tells
+    assert any("station keeps its last value" in loss.says for loss in made.translated.losses)
+
+
+def test_a_routine_that_nothing_calls_is_global_in_krl():
+    """Event routines of RAPID, which the controller calls: those that neither move nor wait were hidden."""
+    more = ("ENDPROC", "PROC reset()", "x:=0;", "ENDPROC", "LOCAL PROC own()", "x:=1;")
+    text = translated(module("x:=2;", *more, data=("VAR num x;",)), "rapid", "krl")
+    assert "GLOBAL DEF reset" in text
+    assert re.search(r"^DEF own", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("more", "does"), [("", "read x as what it returns"), (",y :OUT", "PART_x, PART_y")])
+def test_who_calls_a_script_s_function_that_hands_back_is_told_how(more, does):
+    rows = ("DECL INT x,y", "x=2", *(("y=3",) if more else ()), "WAIT SEC 1")
+    text = "\n".join([f"DEF PART(x :OUT{more})", *rows, "END", ""])
+    (told,) = [loss for loss in losses(text, "krl", "urscript") if "nothing here calls PART" in loss.says]
+    assert told.fate is Fate.APPROXIMATED
+    assert does in told.says
+    caller = f"DEF PART()\nDECL INT a,b\nSUB(a{',b' if more else ''})\nEND\n"
+    inside = caller + text.replace("DEF PART", "DEF SUB")
+    assert not [loss for loss in losses(inside, "krl", "urscript") if "nothing here calls" in loss.says]
+
+
+def test_a_thread_and_a_variable_have_no_name_in_common():
+    text = translated(tp("RUN OTHER", "L P[1] 100mm/sec FINE", positions=(P1,)), "tp", "urscript")
+    assert re.search(r"^ +run OTHER\(\)", text, re.MULTILINE)
+    assert "OTHER =" not in text
+
+
+def test_comments_before_the_first_case_and_behind_a_break_of_val3_stay():
+    rows = (
+        "switch n",
+        "// one",
+        "case 1",
+        "n=2",
+        "break // so far",
+        "// two",
+        "case 2",
+        "n=3",
+        "break",
+        "endSwitch",
+    )
+    head = '<?xml version="1.0" encoding="utf-8"?>\n<Programs xmlns="http://www.staubli.com/robotics/VAL3/Program/2">'
+    local = '<Locals><Local name="n" type="num" xsi:type="array" size="1"/></Locals>'
+    code = "\n".join(["begin", *rows, "end"])
+    text = f'{head}\n<Program name="part">{local}\n<Code><![CDATA[{code}]]></Code>\n</Program>\n</Programs>\n'
+    written = translated(text, "val3", "rapid")
+    assert [found for found in ("! one", "! so far", "! two") if found not in written] == []
+
+
+# --- Values that are taken once -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform"])
+def test_a_power_of_what_others_may_change_is_told(target):
+    text = module("y:=Pow(2,rings);", data=("PERS num rings:=3;", "VAR num y;"))
+    assert [loss.says for loss in losses(text, "rapid", target) if "rings is a variable" in loss.says]
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_what_lasts_and_others_see_is_told_where_its_value_is_written(target):
+    text = module("y:=y+seen*own;", data=("PERS num seen:=3;", "LOCAL PERS num own:=3;", "VAR num y;"))
+    told = [loss.says for loss in losses(text, "rapid", target) if "its value there is written" in loss.says]
+    assert [says.split()[0] for says in told] == ["seen"]
+
+
+def test_the_robot_s_largest_speed_is_told():
+    program = read(module("x:=MaxRobSpeed();", "! MaxRobSpeed", data=("VAR num x;",)), "rapid")
+    assert [d.message for d in program.diagnostics if d.code == "P464"] == [
+        "MaxRobSpeed() is read as 5000 mm/s: the robot decides"
+    ]
+    assert not [d for d in read(module("! MaxRobSpeed()"), "rapid").diagnostics if d.code == "P464"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "written"), [("=TRUE", "IF (R[1:x]>=2) THEN"), ("=FALSE", "IF (!(R[1:x]>=2)) THEN")]
+)
+def test_no_condition_of_tp_is_compared_with_a_state(asked, written):
+    text = module(f"IF (x>=2){asked} x:=x+1;", data=("VAR num x:=0;",))
+    assert written in translated(text, "rapid", "tp")
+
+
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_the_end_of_all_programs_in_one_that_others_may_call_is_told(target):
+    """FANUC's ABORT stops whoever called this; RET goes back to it. Nobody calls RAPID's main."""
+    says = "where another program calls PART"
+    assert [loss.line for loss in losses(tp("ABORT"), "tp", target) if loss.says.startswith(says)] == [6]
+    assert not [loss for loss in losses(module("EXIT;"), "rapid", target) if "another program" in loss.says]
+
+
+def test_a_value_of_the_controller_s_own_list_is_told_where_it_is_written(tmp_path):
+    """The number of the pallet: its first value chose the pallet for ever."""
+    (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG\nINT PALLET=1\nENDDAT\n")
+    rows = ("DEF PART()", "DECL INT N", "N=PALLET*2", "WAIT SEC N", "END", "")
+    (tmp_path / "part.src").write_text("\n".join(rows))
+    program = link(read_source(load(tmp_path / "part.src"))).program
+    made = convert(program, "tp", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    told = [
+        loss.line for loss in made.translated.losses if "PALLET is a variable of another file" in loss.says
+    ]
+    assert told == [3]

@@ -115,14 +115,24 @@ def fold_constants(program: Program, work: TranslationContext) -> Program:
         told.clear()
         changed = mapped(s, change)
         for name in dict.fromkeys(told):
-            says = f"{name} is a variable of another file, which other programs may change: its value there is written"
+            where = "of another file" if elsewhere[name] else "that lasts"
+            says = (
+                f"{name} is a variable {where}, which other programs may change: its value there is written"
+            )
             work.lose(s, Fate.APPROXIMATED, "value", says)
         return changed
 
     return with_routines(program, (with_rows(r, list(map(folded, r.body))) for r in program.routines))
 
 
-def _changeable(program: Program) -> set[str]:
-    """Data that other files declare and that are no constants; their lines follow the program's own."""
+def _changeable(program: Program) -> dict[str, bool]:
+    """Data that are no constants: whether other files declare them, or they last and others see them."""
     own = program.source.raw.count(b"\n") + 1
-    return {d.name for d in program.data if d.line > own and d.storage != "constant"}
+    found = {}
+    for d in program.data:
+        elsewhere = d.line > own or (
+            d.line == 0 and bool(d.native)
+        )  # those of the controller's own list have no line
+        if d.storage != "constant" and (elsewhere or (d.storage == "persistent" and d.shared)):
+            found[d.name] = elsewhere
+    return found

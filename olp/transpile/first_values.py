@@ -133,15 +133,21 @@ _LASTS: Final = (
     "{} keeps its last value when the program starts again; there it begins with its first one each time"
 )
 _PLACED_DATA: Final = ("tool", "frame")
+_UNSEEN: Final = "see that no other program needs what this one sets, as it sees no variable of it"
+_SET_AGAIN: Final = (
+    "see that no other program needs what these hold when this one starts: it sets their first values"
+)
 
 
 def persistent_variables(program: st.Program, work: TranslationContext) -> st.Program:
     """Variables whose last value the next run reads become persistent; reported where the target has no such data."""
     given = {d.name for d in program.data if lasts(d, work)}
-    parts = {name: found for name, found in _changed_parts(program, work).items() if name in given}
+    changed = _changed_parts(program, work)
+    parts = {name: found for name, found in changed.items() if name in given}
+    read = _read_first(program, parts) if parts else {}
+    _ask_for_shared(program, work, changed.keys(), given - read.keys())
     if not parts:
         return program
-    read = _read_first(program, parts)
     if work.limits.keeps_data:
         data = (replace(d, storage="persistent") if d.name in read else d for d in program.data)
         return replace(program, data=tuple(data))
@@ -150,6 +156,21 @@ def persistent_variables(program: st.Program, work: TranslationContext) -> st.Pr
         if name not in taught:
             work.lose(s, Fate.APPROXIMATED, "value", _LASTS.format(name))
     return program
+
+
+def _ask_for_shared(
+    program: st.Program, work: TranslationContext, changed: Set[str], begins: Set[str]
+) -> None:
+    """Asks about variables that other programs of the source see. `begins`: no run here reads their last values."""
+    if work.source.vendor == work.target or work.limits.keeps_data:
+        return
+    for d in program.data:
+        if not d.shared or d.name not in changed:
+            continue
+        if not work.limits.shares_programs and (d.name in work.registers or lasts(d, work)):
+            work.ask(_UNSEEN, d.name)
+        elif work.limits.shares_programs and d.name in begins - work.registers:
+            work.ask(_SET_AGAIN, d.name)
 
 
 def _taught_places(program: st.Program, work: TranslationContext) -> set[str]:

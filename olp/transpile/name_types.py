@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -10,7 +10,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.shared_variables import paired
+from olp.transpile.shared_variables import called_in, paired
 from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 PLACES: Final = ("joints", "tool", "frame", "position")
@@ -130,7 +130,7 @@ def references(program: st.Program, work: TranslationContext) -> st.Program:
         return _in_turns(_by_value(program), work)
     program = _in_turns(_by_value(program), work)
     _tell_aliases(program, work)
-    return _in_variables(_returned(program), work) if work.limits.returned_parameters else program
+    return _in_variables(_returned(program, work), work) if work.limits.returned_parameters else program
 
 
 def _hands_values(program: st.Program, work: TranslationContext) -> bool:
@@ -267,8 +267,20 @@ def _plain(routine: st.Routine, one: st.Parameter, symbols: Symbols) -> st.Param
     return one if not one.by_reference or changed else replace(one, by_reference=False)
 
 
-def _returned(program: st.Program) -> st.Program:
+def _tell_caller(routine: st.Routine, work: TranslationContext, called: Set[str], does: str) -> None:
+    """What programs that are not here have to do where nothing here calls a routine that hands something back."""
+    if routine.name.casefold() not in called:
+        says = f"nothing here calls {routine.name}: its caller has to {does}"
+        work.lose(routine.line, Fate.APPROXIMATED, "argument", says)
+
+
+def _called(program: st.Program) -> set[str]:
+    return {name.casefold() for s in program.statements() for name in called_in(s)}
+
+
+def _returned(program: st.Program, work: TranslationContext) -> st.Program:
     """A routine that hands one parameter back and returns nothing returns it; its calls store it."""
+    inside = _called(program)
     started = {s.routine.casefold() for s in program.statements() if isinstance(s, st.StartTask)}
     handed: dict[str, tuple[st.Routine, st.Parameter]] = {}
     for routine in program.routines:
@@ -287,7 +299,9 @@ def _returned(program: st.Program) -> st.Program:
     for routine in program.routines:
         routine = replace(routine, body=tuple(map(row, routine.body)))
         if routine.name.casefold() in handed:
-            routine = _with_result(routine, handed[routine.name.casefold()][1])
+            one = handed[routine.name.casefold()][1]
+            _tell_caller(routine, work, inside, f"read {one.name} as what it returns")
+            routine = _with_result(routine, one)
         routines.append(routine)
     return replace(program, routines=tuple(routines))
 
@@ -340,6 +354,11 @@ def _in_variables(program: st.Program, work: TranslationContext) -> st.Program:
             handed.pop(name, None)
     if not handed:
         return program
+    called = _called(program)
+    for name, names in handed.items():
+        _tell_caller(
+            routines[name], work, called, f"set before, and read behind: {', '.join(names.values())}"
+        )
     data = [
         st.Declare(0, new, p.type, _FIRST[p.type], shared=True)
         for name, names in handed.items()

@@ -19,6 +19,7 @@ from olp.ir.transformer import (
     mapped,
     note_names,
 )
+from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import (
     ACKNOWLEDGED,
     ENDS_CYCLE,
@@ -247,9 +248,13 @@ class _ForeignWords:
         if self.work.limits.program_end:
             return [replace(s, name=self.work.limits.program_end)]
         main = self.program.main or self.program.routines[0].name
-        if routine.name == main and main.casefold() not in self.called:
-            return [st.Return(s.line, comment=s.comment)]
         language = language_of(self.work.target)
+        if routine.name == main and main.casefold() not in self.called:
+            source = limits_of(self.program.vendor) if self.program.vendor in writable() else None
+            if source is None or source.started != main.casefold():
+                says = f"where another program calls {main}, {language} goes on there: only {main} ends"
+                self.work.lose(s, Fate.APPROXIMATED, "order", says)
+            return [st.Return(s.line, comment=s.comment)]
         says = f"{language} ends no program from within a called routine: it stops there, and again at each start"
         self.work.lose(s, Fate.APPROXIMATED, "order", says)
         return [

@@ -76,6 +76,10 @@ def digital_states(program: st.Program, work: TranslationContext) -> st.Program:
         if type(e) is not ex.Compare or e.operator not in ("=", "<>"):
             return e
         left, right = e.left, e.right
+        if type(right) is ex.SignalState and (
+            type(left) in (ex.Compare, ex.Logic) or (type(left) is ex.Unary and left.operator == "not")
+        ):  # no condition there is compared with a state
+            return left if right.on is (e.operator == "=") else ex.Unary("not", left)
         if _is_bit(left) and type(right) is ex.Number and right.value in (0, 1):
             return replace(e, right=ex.SignalState(right.value == 1))
         if _is_bit(right) and type(left) is ex.Number and left.value in (0, 1):
@@ -626,9 +630,12 @@ def powers(program: st.Program, work: TranslationContext) -> st.Program:
         return program
     symbols = work.symbols(program)
 
+    told: list[str] = []  # variables whose values are taken, in the statement under way
+
     def change(e: ex.Expression, routine: str) -> ex.Expression:
         if type(e) is not ex.Function or e.name != "power" or len(e.arguments) != 2:
             return e
+        told.extend(one.name for one in e.arguments if _may_change(one, symbols, routine))
         known = tuple(symbols.fixed_value(routine, one) or one for one in e.arguments)
         match known:
             case (ex.Number(number), ex.Number(exponent)) if (
@@ -645,11 +652,27 @@ def powers(program: st.Program, work: TranslationContext) -> st.Program:
                     return product
         return e
 
+    def row(s: st.Statement, routine: str) -> st.Statement:
+        told.clear()
+        made = mapped(s, lambda e: change(e, routine))
+        for name in dict.fromkeys(told):
+            says = f"{name} is a variable: the power is written as it is with its first value"
+            work.lose(s, Fate.APPROXIMATED, "value", says)
+        return made
+
     routines = [
-        changed_rare(r, work.look(r), lambda s, name=r.name: mapped(s, lambda e: change(e, name)))  # type: ignore[misc]
+        changed_rare(r, work.look(r), lambda s, name=r.name: row(s, name))  # type: ignore[misc]
         for r in program.routines
     ]
     return with_routines(program, routines)
+
+
+def _may_change(e: ex.Expression, symbols: Symbols, routine: str) -> TypeGuard[ex.Named]:
+    """Whether it is a variable that nothing here sets: others may."""
+    if type(e) is not ex.Named:
+        return False
+    symbol = symbols.find(routine, e.name)
+    return symbol is not None and symbol.is_fixed and symbol.storage == "persistent"
 
 
 def controller_states(program: st.Program, work: TranslationContext) -> st.Program:

@@ -27,7 +27,6 @@ from olp.languages.generator import (
     as_text,
     framing_comments,
 )
-from olp.languages.limits import limits_of, writable
 from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
 from olp.languages.vendors.krl.scope import CONFIG_MARK, NEUTRAL_TYPES, Scope
@@ -193,7 +192,7 @@ class KrlWriter(KrlMoves):
         main = program.main
         ordered = sorted(program.routines, key=lambda one: bool(main) and one.name != main)
         self.routines = list(program.routines) if self.own else ordered
-        self.offered = frozenset() if self.own else _uncalled_functions(program, self.routines)
+        self.offered = frozenset() if self.own else _uncalled(program, self.routines)
         if not self.own:
             self.rated = frozenset(
                 s.path is st.Path.JOINT
@@ -519,7 +518,7 @@ class KrlWriter(KrlMoves):
         lists = [one for one in self.routines if "list" in one.details] if self.own else []
         details = next((one.details for one in self.routines if "data head" in one.details and self.own), {})
         alone = not self.routines
-        offered = alone or (not self.own and _shares_registers(self.program))
+        seen = set() if self.own else self._seen(rows)
         if not (rows or lists or details or alone or (self.forms is not None and self.forms.rows())):
             return ""
         owner = lists[0] if lists else None
@@ -530,7 +529,9 @@ class KrlWriter(KrlMoves):
         )
         name = owner.name if owner else (self.program.main or stem or self._first_name())
         above = owner.details.get("above", "") if owner else details.get("data above", "")
-        public = " PUBLIC" if offered or (owner is not None and owner.details["list"] == "PUBLIC") else ""
+        public = (
+            " PUBLIC" if alone or seen or (owner is not None and owner.details["list"] == "PUBLIC") else ""
+        )
         head = [details.get("data head", f"DEFDAT {name}{public}")]
         if self.forms is not None:
             head += EXTERNAL
@@ -539,7 +540,7 @@ class KrlWriter(KrlMoves):
         written: list[str] = []
         for one in rows:
             try:
-                written += self.list_rows([one], alone or (offered and one.storage != "constant"))
+                written += self.list_rows([one], alone or one.name in seen)
                 if self.forms is not None:
                     written += self.forms.rows_behind(one.name)
             except CannotSayError as problem:
@@ -550,21 +551,22 @@ class KrlWriter(KrlMoves):
             [*head, *written, "ENDDAT"]
         )
 
+    def _seen(self, rows: list[st.Declare]) -> set[str]:
+        """Data that other programs of the source see, and may change: tools and frames where this one does so."""
+        users = _users(self.program)
+        return {
+            one.name
+            for one in rows
+            if one.storage == "persistent" and one.shared
+            if one.type not in ("tool", "frame") or users.get(one.name, (set(), False))[1]
+        }
+
     def _first_name(self) -> str:
         return self.routines[0].name if self.routines else "PROGRAM"
 
 
-def _shares_registers(program: st.Program) -> bool:
-    """Whether a program of numbered variables, which all programs have in common, calls one that is in no file here."""
-    if program.vendor not in writable() or not limits_of(program.vendor).numbered:
-        return False
-    known = {r.name.casefold() for r in program.routines}
-    called = (s.routine for s in program.statements() if isinstance(s, (st.Call, st.StartTask)))
-    return any(name.casefold() not in known for name in called)
-
-
-def _uncalled_functions(program: st.Program, routines: Sequence[st.Routine]) -> frozenset[str]:
-    """Functions that nothing in the program calls: they are there for other files, which see GLOBAL ones alone."""
+def _uncalled(program: st.Program, routines: Sequence[st.Routine]) -> frozenset[str]:
+    """Routines that nothing in the program calls: they are there for other files, which see GLOBAL ones alone."""
     called = {s.routine.casefold() for s in program.statements() if type(s) is st.Call}
     called |= {
         e.routine.casefold()
@@ -572,9 +574,7 @@ def _uncalled_functions(program: st.Program, routines: Sequence[st.Routine]) -> 
         for e in expressions_of(s)
         if type(e) is ex.CallValue
     }
-    return frozenset(
-        r.name for r in routines[1:] if r.returns and r.shared and r.name.casefold() not in called
-    )
+    return frozenset(r.name for r in routines[1:] if r.shared and r.name.casefold() not in called)
 
 
 def _is_system(s: st.Statement, first: bool) -> bool:

@@ -179,6 +179,7 @@ def check_program(
     """Adds the findings that concern the whole file."""
     _check_names(findings, routines, data)
     _check_frames(findings, data)
+    _check_fastest(findings)
     unturned = {one.name.lower() for one in data if one.storage == "constant" and is_unturned(one.value)}
     for routine in routines:
         _check_labels(findings, routine)
@@ -282,6 +283,16 @@ def _check_speed(findings: Findings, speed: Speed | None, line: int) -> None:
         findings.once(
             Severity.INFO, "P464", "", message, findings.whole_line(line), "write a speed of your own"
         )
+
+
+def _check_fastest(findings: Findings) -> None:
+    if b"maxrobspeed" not in findings.source.raw.lower():
+        return
+    for number, line in enumerate(findings.source.lines, 1):
+        if "maxrobspeed" in line.partition("!")[0].lower():
+            message = f"MaxRobSpeed() is read as {FASTEST:g} mm/s: the robot decides"
+            help = "write a speed of your own"
+            findings.once(Severity.INFO, "P464", "function", message, findings.whole_line(number), help)
 
 
 def _base(value: ex.Expression | None) -> ex.Named | ex.Unknown | None:

@@ -509,7 +509,8 @@ class UrscriptWriter(UrscriptMoves):
         return ["return" if s.value is None else f"return {self.value(s.value)}"]
 
     def write_start_task(self, s: st.StartTask) -> Lines:
-        handle = f"{s.task} = " if s.task and (self.own or s.task.isidentifier()) else ""
+        named = s.task.casefold() != s.routine.casefold()  # no variable is called as the thread is
+        handle = f"{s.task} = " if s.task and (self.own or (named and s.task.isidentifier())) else ""
         return [f"{handle}run {s.routine}()"]
 
     def write_process(self, s: st.Process) -> Lines:

@@ -172,7 +172,7 @@ class _Val3File:
     def _routine(self, head: list[XmlTag], body: _Val3Body, last: int) -> st.Routine:
         program = next((tag for tag in reversed(head) if tag.name.lower() == "program"), None)
         name = program.attributes.get("name", "") if program else ""
-        statements = body.finish()
+        statements = body.body
         check_blocks(self.findings, statements, "P573")
         parameters, local = [], []
         for tag in _variables(head):
@@ -223,6 +223,8 @@ class _Val3Body:
             self._add(one, number)
         if comment and len(self.body) > before:
             self.body[-1] = with_comment(self.body[-1], comment)
+        elif comment:  # behind the `break` of a case
+            self.body.append(st.Comment(number, comment))
 
     def _add(self, one: Any, number: int) -> None:
         if isinstance(one, Leave):
@@ -285,15 +287,6 @@ class _Val3Body:
         )
         help = "put the project's .dtx file beside it"
         self.findings.once(Severity.WARNING, "P577", "", message, self.findings.whole_line(number), help)
-
-    def finish(self) -> list[st.Statement]:
-        """Without what stands between `switch` and its first `case`, which is nothing but comments."""
-        kept: list[st.Statement] = []
-        for one in self.body:
-            if isinstance(one, st.Comment) and kept and isinstance(kept[-1], st.Switch):
-                continue
-            kept.append(one)
-        return kept
 
 
 def _variables(head: list[XmlTag]) -> Iterator[XmlTag]:
