@@ -186,7 +186,7 @@ def turned(order: str, angles: list[float]) -> Rotation:
 def of_krl(text: str) -> list[Construct]:
     poses = {
         name: numbers(re.sub(r"[A-Z]\d?(?= )", "", body))
-        for name, body in re.findall(r"DECL E6POS (\w+)=\{([^}]*)\}", text)
+        for name, body in re.findall(r"DECL (?:GLOBAL )?E6POS (\w+)=\{([^}]*)\}", text)
     }
     found: list[Construct] = []
     speed = size = 0.0
