@@ -330,7 +330,11 @@ def test_a_register_that_holds_joint_values_is_declared_as_such(target):
     text = registers("UTOOL_NUM=1", "PR[4]=P[1]", "J PR[4] 50% FINE", "WAIT 1.0(sec)")
     plan, other = read(text, "tp").plan(robot=ROBOT), run_elsewhere(text, "tp", target)
     assert compare_plans(plan, other, speeds=False, blends=False).is_equal
-    declared = {"krl": "DECL GLOBAL E6AXIS PV4", "rapid": "PERS jointtarget PV4", "urscript": "global PV4 = ["}
+    declared = {
+        "krl": "DECL GLOBAL E6AXIS PV4",
+        "rapid": "PERS jointtarget PV4",
+        "urscript": "global PV4 = [",
+    }
     made = converted(text, "tp", target)
     written = b"".join(made.files.values()).decode("latin-1")
     assert declared.get(target, "") in written
