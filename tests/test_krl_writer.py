@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -58,7 +60,7 @@ from olp.ir.program import (
 from olp.ir.program import Path as Shape
 from olp.languages.templating import shipped
 from olp.languages.vendors.krl.reader import read_program
-from olp.languages.vendors.krl.writer import write
+from olp.languages.vendors.krl.writer import BasCalls, KrlWriter, write
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
 
@@ -211,6 +213,29 @@ def test_every_line_comes_back_the_same(line: str) -> None:
     program = read(*DECLARED, line, dat=DAT)
     assert not [d.render() for d in program.diagnostics if d.is_error]
     assert meaning(again(program)) == meaning(program)
+
+
+class CountedBody(Sequence[Statement]):
+    """A routine's statements that counts how often one is read."""
+
+    def __init__(self, rows: Sequence[Statement]) -> None:
+        self.rows, self.reads = rows, 0
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, at: Any) -> Any:
+        self.reads += 1
+        return self.rows[at]
+
+
+def test_a_call_of_bas_is_looked_for_where_it_stands_and_not_from_the_first_statement_on() -> None:
+    program = read(*["$VEL.CP=0.2", "$APO.CDIS=5.0"] * 50)
+    words = KrlWriter(program, pair=True)
+    body = CountedBody(program.routines[0].body)
+    calls = BasCalls(words.scope, words)
+    assert [calls.call(body, at) for at in range(len(body))] == [None] * len(body)
+    assert body.reads <= 3 * len(body)
 
 
 def test_the_sample_comes_back_the_same_with_its_inline_forms() -> None:

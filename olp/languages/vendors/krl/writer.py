@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from itertools import islice
 from pathlib import PureWindowsPath
 from typing import Any, ClassVar, Final
 
@@ -65,13 +64,12 @@ class BasCalls:
         first = body[place]
         if not isinstance(first, MODAL) or not first.line:
             return None
-        group = []
-        for one in islice(body, place, None):
-            if not isinstance(one, MODAL) or one.line != first.line:
-                break
-            group.append(one)
-        if len(group) < 2:
+        end = place + 1
+        while end < len(body) and isinstance(one := body[end], MODAL) and one.line == first.line:
+            end += 1
+        if end - place < 2:
             return None
+        group = body[place:end]
         argument = _speed(group[-1])
         external = self._data.external
         for command in _COMMANDS:
