@@ -17,7 +17,7 @@ from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interl
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.identification.diagnosis.naming import NamingResult, name
 from olp.identification.diagnosis.result import FittedParameter
-from olp.identification.diagnosis.search import WIDE, move_terms, search, shelf_of
+from olp.identification.diagnosis.search import WIDE, move_terms, reformed, search, shelf_of
 from olp.identification.diagnosis.waits import late_moves, waiting_moves
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -370,6 +370,21 @@ def test_a_turn_of_which_one_number_tells_nothing_has_the_form_without_it(rate, 
     (told,) = name(late, Noise(NOISE / 2), Folds("", np.arange(MOVES) % 5), {}).fit.model.parts
     assert (told.term.name, told.form.key) == ("orientation-limit", key)
     assert told.values == pytest.approx([ramp if "ramps" in key else rate], rel=0.02)
+
+
+def test_the_form_that_explains_most_stands_in_the_place_of_one_that_promised_more():
+    """A screening to first order: a limit of which all guesses are far off promised nothing, and was never tried."""
+    made = case()
+    turned = replace(made, turn=np.random.default_rng(3).uniform(0.1, 1.6, MOVES), derived={})
+    slowed = part("orientation-limit", turned, 1.3, key="slows the path")
+    late = replace(turned, measured=DurationModel((slowed,)).seconds(turned) + scatter(), derived={})
+    shelf, noise = shelf_of(late, [load_term("orientation-limit")]), Noise(NOISE / 2)
+    other = fit(
+        DurationModel((part("orientation-limit", late, 1.0, key="of its own, at once"),)), late, noise, 20
+    )
+    (told,) = reformed(other, shelf, late, noise).model.parts
+    assert told.form.key == "slows the path"
+    assert told.values == pytest.approx([1.3], rel=0.02)
 
 
 def _as_step(height, way):

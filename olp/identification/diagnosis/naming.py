@@ -33,8 +33,8 @@ from olp.identification.diagnosis.search import (
     merged,
     move_terms,
     of_all_axes,
-    plainer,
     price,
+    reformed,
     search,
     shelf_of,
 )
@@ -183,10 +183,10 @@ def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf, known: ModelFit
 
 def _everywhere(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
     """Without conditions."""
-    best = chosen(search(clean, noise, shelf, WIDE), clean, noise)
+    best = reformed(chosen(search(clean, noise, shelf, WIDE), clean, noise), shelf, clean, noise)
     best = of_all_axes(exchanged(best, shelf, clean, noise), shelf, clean, noise)
     best = merged(best, shelf, clean, noise)
-    return plainer(best, shelf, clean, noise)
+    return reformed(best, shelf, clean, noise)
 
 
 def _order(best: ModelFit, clean: MeasuredMoves) -> float:

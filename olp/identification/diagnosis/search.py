@@ -337,26 +337,39 @@ def with_fewer_numbers(
     return min(tried, key=price, default=None)
 
 
-def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
-    """The fit, with forms of fewer parameters in the place of its parts where these do as well: to first order a form
-    with more of them promises more."""
-    parts = best.model.parts
-    for index, part in enumerate(parts):
+def reformed(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
+    """The fit, with other forms of its terms in the place of its parts where these do better: to first order a form
+    with more parameters promises more, and a limit of which the guesses are far off promises nothing."""
+    for index in range(len(best.model.parts)):
         tried = [
-            cheaper(
-                DurationModel((*parts[:index], other, *parts[index + 1 :])),
-                case,
-                noise,
-                WIDE.steps,
-                price(best),
-            )
-            for other in shelf.parts
-            if other.label == part.label and len(other.values) < len(part.values)
+            cheaper(_placed(best, index, other), case, noise, WIDE.steps, price(best))
+            for other in _nearest_guesses(best, index, shelf, case, noise)
         ]
         first = min(tried, key=price, default=best)
         if price(first) < price(best):
-            return plainer(first, shelf, case, noise)
+            return reformed(first, shelf, case, noise)
     return best
+
+
+def _nearest_guesses(
+    best: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise
+) -> list[ModelPart]:
+    """Of each other form of a part's term the guess that comes nearest in its place."""
+    part = best.model.parts[index]
+    forms: dict[str, list[ModelPart]] = {}
+    for other in shelf.parts:
+        if other.label == part.label and other.form.key != part.form.key:
+            forms.setdefault(other.form.key, []).append(other._replace(condition=part.condition))
+    return [
+        min(of, key=lambda one: evaluate(_placed(best, index, one), case, noise).loss)
+        for of in forms.values()
+    ]
+
+
+def _placed(best: ModelFit, index: int, part: ModelPart) -> DurationModel:
+    """The model with a part in the place of another."""
+    parts = best.model.parts
+    return DurationModel((*parts[:index], part, *parts[index + 1 :]))
 
 
 def swaps(
