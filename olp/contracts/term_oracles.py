@@ -363,6 +363,7 @@ def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         "against and with": (1.0 - k * rise, 1.0 + k * rise),
         "against alone": (np.minimum(1.0, 1.0 - k * rise), np.minimum(1.0, 1.0 + k * rise)),
         "starting alone": (1.0 - k * rise, np.ones(len(case))),
+        "starting and braking apart": (1.0 - k * rise, 1.0 + values[-1] * rise),
         "up and down apart": (1.0 - np.where(rise > 0, k * rise, -values[-1] * rise),) * 2,
     }[form.key]
     return both(case, np.maximum(up, 0.05), np.maximum(down, 0.05))

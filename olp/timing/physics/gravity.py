@@ -19,6 +19,7 @@ _PLACES = 9  # along a straight move
 _BRAKING = {"against and with": 1.0, "against alone": 1.0, "starting alone": 0.0}
 _AXES, _AXES_PLANNED = "each axis", "each axis against alone"  # forms of joint moves
 _INCLINE = "incline of the tool"
+_RAMPS_APART = "starting and braking apart"
 _BODIES = ("elbow", "wrist")
 _NEAR, _LED = 1e-3, 8  # [m] a body so near to an axis is no load of it; moves: fewer tell nothing of it
 _TAKES_OVER = (
@@ -53,7 +54,7 @@ class Gravity(MoveTerm):
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key in (_AXES, _AXES_PLANNED):
             return np.array([[0.15 * p.high for p in form.parameters]])
-        if form.key == _INCLINE:
+        if form.key in (_INCLINE, _RAMPS_APART):
             return np.array([[0.2, 0.0], [0.2, 0.2], [0.2, -0.2]])
         if form.key == "any arm":
             return np.array([[0.2, 0.0, 0.0, 0.0, 0.0], [0.4, 0.2, 0.0, 0.0, 0.0]])
@@ -86,7 +87,9 @@ class Gravity(MoveTerm):
                 decelerate=motion.decelerate * np.maximum(1.0 + pull, _LEAST),
             )
         rise = case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
-        if form.key == "up and down apart":
+        if form.key == _RAMPS_APART:
+            start, end = 1.0 - values[0] * rise, 1.0 + values[1] * rise
+        elif form.key == "up and down apart":
             pull = values[0] * np.maximum(rise, 0.0) + values[1] * np.maximum(-rise, 0.0)
             start = end = 1.0 - pull
         else:
@@ -119,12 +122,13 @@ class Gravity(MoveTerm):
                 else "on the way up, and of its braking on the way down"
             )
             return f"holding the arm takes up to {shares} {helped}"
-        if form.key == _INCLINE:
+        if form.key in (_INCLINE, _RAMPS_APART):
             starting, braking = (
                 f"{abs(v):.0%} {words[int(v < 0)]}" for v, words in zip(values, (_LESS, _MORE), strict=True)
             )
+            where = "where the tool goes straight up" if form.key == _INCLINE else "straight up"
             return (
-                f"where the tool goes straight up the starting ramp has {starting} acceleration and the braking one "
+                f"{where} the starting ramp has {starting} acceleration and the braking one "
                 f"{braking}, straight down the reverse"
             )
         if form.key == "whole arm":
@@ -189,6 +193,11 @@ def _of_lines(case: MeasuredMoves) -> tuple[Form, ...]:
             "starting alone",
             (share,),
             r"a_{acc} = a\,(1 - k\sin\gamma),\; a_{dec} = a",
+        ),
+        Form(
+            _RAMPS_APART,
+            _starting_and_braking(),
+            r"a_{acc} = a\,(1 - k\sin\gamma),\; a_{dec} = a\,(1 + k_b\sin\gamma)",
         ),
         Form(
             "up and down apart",
@@ -352,10 +361,15 @@ def _of_tool(case: MeasuredMoves) -> tuple[Form, ...]:
     sine = _inclines(case)[case.joint & case.moving]
     if (np.abs(sine).max(axis=1, initial=0.0) > _STEEP).sum() < _LED or np.ptp(sine) < _STEEP:
         return ()
+    law = r"a_{acc} = a\,(1 - k\sin\gamma(s)),\; a_{dec} = a\,(1 + k_b\sin\gamma(s))"
+    return (Form(_INCLINE, _starting_and_braking(), law),)
+
+
+def _starting_and_braking() -> tuple[TermParameter, TermParameter]:
+    """One parameter for each ramp, with either sign: friction helps to brake, and controllers may brake as written."""
     share = TermParameter("share", "1", -0.9, 0.9, 0.0, False, "acceleration lost straight up")
     braking = TermParameter("braking", "1", -0.9, 0.9, 0.0, False, "braking gained straight up")
-    law = r"a_{acc} = a\,(1 - k\sin\gamma(s)),\; a_{dec} = a\,(1 + k_b\sin\gamma(s))"
-    return (Form(_INCLINE, (share, braking), law),)
+    return share, braking
 
 
 def _inclines(case: MeasuredMoves) -> Floats:
