@@ -21,6 +21,7 @@ FEWEST = 4  # moves; fewer are no comparison
 _HALVED = 4.0  # times the mean square: an explanation takes away half of the error, at least
 _MORE = 2.0  # times the mean square: names that explain more of it than they leave as scatter
 _GROWS = 0.01  # [s/s] of the moves' times: makers say of their own simulations that they are off by no more
+_BY_CHANCE = 3.3  # standard errors that chance passes in one of two thousand recordings
 _FAR = 6.0  # times the middle's scatter: what is farther off counts as that, no single long move decides
 
 
@@ -57,7 +58,7 @@ def verdict_of(named: NamingResult) -> str:
     pattern = named.remains.surely_structured if nameless else named.remains.structured
     pattern = pattern and not only_rounding(named)
     if nameless:
-        grows = _growth(off, named.clean.simulated[in_time(named)]) > _GROWS
+        grows = _grows(off, named.clean.simulated[in_time(named)])
         differs = pattern or grows or left > AGREES * sigma or bool(far_moves(named).any())
         return "unexplained" if differs else "no-mismatch"
     unseen = (named.clean.measured - named.selection.predicted)[in_time(named)]  # by the whole search
@@ -127,10 +128,15 @@ def joined(one: str, other: str, found: bool) -> str:
     return "unexplained" if "unexplained" in judged else "no-mismatch"
 
 
-def _growth(off: Floats, seconds: Floats) -> float:
-    """[s/s] by how much the size of a difference, `off` (n,) [s], grows with the moves' `seconds` (n,), by least
-    squares: a recorder scatters as much in short moves as in long ones, and robots repeat to within thousandths."""
+def _grows(off: Floats, seconds: Floats) -> bool:
+    """Whether the size of a difference, `off` (n,) [s], grows with the moves' `seconds` (n,), by least squares, by more
+    than makers say of their own simulations and than chance does: a recorder scatters as much in short moves as in long
+    ones, and robots repeat to within thousandths."""
     size = np.abs(off - np.median(off))
     size = np.minimum(size, _FAR * 1.4826 * float(np.median(size)))
     long = seconds - seconds.mean()
-    return float(size @ long) / max(float(long @ long), 1e-12)
+    square = max(float(long @ long), 1e-12)
+    slope = float(size @ long) / square
+    rest = size - size.mean() - slope * long
+    error = math.sqrt(float(rest @ rest) / max(len(off) - 2, 1) / square)
+    return slope > _GROWS and slope > _BY_CHANCE * error
