@@ -8,6 +8,7 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
+from olp.identification.diagnosis.case_making import _least_ramps, _SimulatedRows
 from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
 from olp.identification.diagnosis.folds import _dealt
@@ -353,6 +354,57 @@ def test_limits_of_the_tools_turn_are_read_off_the_simulated_times(tmp_path):
     (note,) = (note for note in making.notes if "turns the tool" in note)
     told = [float(word) for word in note.split() if word[0].isdigit()]
     assert told == pytest.approx(np.degrees([rate, ramp]), rel=0.01)
+
+
+def test_limits_of_the_turn_hide_no_ramps_where_every_line_turns_the_tool(tmp_path):
+    """The simulation has two thirds of the written acceleration, which few lines show: the calmest do."""
+    rng, rate, ramp = np.random.default_rng(9), 1.2, 3.0
+    made, _ = turning(rng, 80)
+    turn = rng.uniform(0.1, 1.9, 80)
+    made.more["rz_end_deg"] = np.degrees(turn)
+    stronger = 2 / 3 * planted.ACCELERATION
+    speed, slow = (
+        np.minimum(made.speed, rate * made.length / turn),
+        np.minimum(stronger, ramp * made.length / turn),
+    )
+    sim = planted.play(made.length, speed, slow, slow)
+    assert np.mean((speed < made.speed) | (slow < stronger)) > 0.4
+    making = case_of(read_recording(planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)))
+    np.testing.assert_allclose(making.case.base.duration(), sim, atol=2e-3)
+
+
+@pytest.mark.parametrize("one", ["jerk", "time"])
+def test_whether_a_jerk_or_a_time_stays_limits_of_the_turn_tell(one, tmp_path):
+    """Lines that they slow have other accelerations: up to 0.8 s of a simulated line were unexplained."""
+    rng, rate, ramp, build = np.random.default_rng(9), 1.7, 4.0, 0.12
+    made, turn = turning(rng, 80)
+    per_turn = np.where(turn > 0, made.length / np.where(turn > 0, turn, 1.0), np.inf)
+    speed, slow = np.minimum(made.speed, rate * per_turn), np.minimum(planted.ACCELERATION, ramp * per_turn)
+    jerk = planted.ACCELERATION / build if one == "jerk" else slow / build
+    sim = in_an_s(made.length, speed, slow, jerk)
+    making = case_of(read_recording(planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)))
+    np.testing.assert_allclose(making.case.base.duration(), sim, atol=1e-3)
+    assert any("m/s³" in note for note in making.notes) == (one == "jerk")
+
+
+@pytest.mark.parametrize(
+    ("of_lines", "fast", "spared"), [(0.1, 0.4, True), (0.2, 0.4, False), (0.1, 0.1, False)]
+)
+def test_drives_have_some_to_spare_where_the_controllers_shortest_ramp_holds_all_of_them(
+    of_lines, fast, spared
+):
+    """Joint moves whose ramps all take the time that lines have, too: a robot of less acceleration had longer ones, and
+    its name was another. If lines have another time, or all take the same, it may be that of the drives."""
+    speed = np.array([0.05, fast, 1.0, 2.0])
+    joint = np.array([False, False, True, True])
+    way, slow, yes = np.full(4, 3.0), np.array([2.0, 2.0, 90.0, 90.0]), np.ones(4, bool)
+    rows = _SimulatedRows(way, speed, slow, way, yes, yes, yes, joint, yes, np.zeros(4))
+    found, shortest = _least_ramps(
+        rows, slow, SimulatedRamps(shortest=of_lines), SimulatedRamps(shortest=0.1)
+    )
+    held = speed[joint] / 0.1
+    assert found[joint] == pytest.approx(8.0 * held if spared else held)
+    assert shortest.tolist() == [of_lines, of_lines, 0.1, 0.1]
 
 
 def test_turning_lines_that_last_longer_for_other_reasons_have_no_limits_of_the_turn(tmp_path):

@@ -383,14 +383,16 @@ def test_accelerations_that_build_up_are_told_by_joint_moves_of_which_slow_ones_
     assert (found.built, found.beside) == (pytest.approx(0.1, rel=1e-2), pytest.approx(stop, abs=1e-3))
 
 
-@pytest.mark.parametrize(("override", "beside"), [("100", 0.05), ("50", 0.0), ("50", 0.05)])
+@pytest.mark.parametrize(
+    ("overrides", "beside"), [((100,), 0.05), ((50,), 0.0), ((50,), 0.05), ((100, 50), 0.0)]
+)
 def test_joint_moves_without_a_robot_are_those_of_the_simulation_whatever_its_override_and_stops(
-    override, beside, tmp_path
+    overrides, beside, tmp_path
 ):
     rng = np.random.default_rng(8)
     points, share = rng.uniform(-1.0, 1.0, (121, 4)) * [1, 0.8, 1, 3], rng.choice([0.3, 0.6, 1.0], 120)
-    sim = joint_times(np.abs(np.diff(points, axis=0)), share * float(override) / 100, True) + beside
-    cells = {"override_pct": override, "sim_override_pct": override}
+    override = np.array(overrides)[np.arange(120) // 60 % len(overrides)]  # of two sessions, say
+    sim = joint_times(np.abs(np.diff(points, axis=0)), share * override / 100, True) + beside
     rows = [
         row(
             i + 1,
@@ -398,7 +400,8 @@ def test_joint_moves_without_a_robot_are_those_of_the_simulation_whatever_its_ov
             points[i : i + 2],
             sim_s=repr(float(sim[i])),
             speed_pct=repr(float(100 * share[i])),
-            **cells,
+            override_pct=str(override[i]),
+            sim_override_pct=str(override[i]),
         )
         for i in range(120)
     ]

@@ -23,6 +23,7 @@ from olp.identification.diagnosis.simulation_laws import (
     SOME_ROUNDING,
     TURNS,
     SimulatedRamps,
+    TurnLimits,
     as_long_as,
     cornered,
     golden_section,
@@ -74,6 +75,8 @@ _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # near it has to come where the acceleration is not told anew.
 _BUILT, _BUILT_STEPS, _NEAR_BUILT = (0.3, 1.2), 7, 0.5
 _ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
+_ONE_TIME = 0.02  # of a time: times of lines and joint moves that differ by no more are one
+_SPARE = 8.0  # times what its ramp takes, of a drive that the controller's shortest ramp leaves idle
 _STEADY = 6  # lines between stops that differ and do not turn the tool: fewer are no law
 _REACHED = 1.2  # times the speed at which an acceleration that builds up is reached, as far as it is known
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
@@ -344,7 +347,8 @@ def _limits_told(moves: RecordedMoves, joint: Mask) -> AxisLimits | None:
     unknown = np.full(len(moves), np.nan)
     start, end, *_ = _ends(moves, unknown, unknown)
     sim = np.where(joint, moves.sim, np.nan)
-    return limits_from_times(turned, _whole(moves.speed_fraction), ramps, sim, start & end)
+    share = _whole(moves.speed_fraction) * _whole(moves.sim_override)
+    return limits_from_times(turned, share, ramps, sim, start & end)
 
 
 def _leading(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Floats, NDArray[np.intp]]:
@@ -408,6 +412,7 @@ def _joint_pace(
     notes.append("no robot is named: rated axis speeds are read off the simulated times of joint moves")
     if axes is not None:
         return axes.speed, axes.acceleration
+    share = share * _whole(moves.sim_override)
     speed, ramp = np.full(len(moves), np.nan), np.full(len(moves), np.nan)
     unknown = np.full(len(moves), np.nan)
     start, end, *_ = _ends(moves, unknown, unknown)
@@ -668,6 +673,17 @@ class _SimulatedRows(NamedTuple):
         return found if len(np.unique(np.round(self.sim[found], 4))) >= _STEADY else self.plain
 
     @property
+    def calm(self) -> Mask:
+        """Lines between stops that ask less of the turn's speed and acceleration than half of them do: those that
+        limits of the turn are likeliest to leave alone."""
+        some = self.plain & (self.way > 0)
+        if not some.any():
+            return some
+        turn = np.where(some, self.turn / np.where(some, self.way, 1.0), np.inf)  # [rad/m]
+        asked = turn, self.speed * turn
+        return np.asarray(some & np.all([one <= np.median(one[some]) for one in asked], axis=0))
+
+    @property
     def rounded(self) -> Mask:
         """Other lines."""
         return np.asarray(self.lines & ~self.plain)
@@ -679,7 +695,7 @@ def _laws_of_lines(
     """What the ramps of lines may be, the likeliest first, and whether the simulation stops at every corner. Then all
     moves tell it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which
     it is."""
-    asked = (simulated.lines, simulated.steady)
+    asked = (simulated.lines, simulated.steady, simulated.calm)
     found = (
         ramps_that_fit(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked
     )
@@ -723,11 +739,11 @@ def _by_law(
     by_corners: bool = False,
     turning: SimulatedRamps | None = None,
     above: float = 0.0,
-    limits: tuple[float, float] | None = None,
+    limits: TurnLimits | None = None,
 ) -> _SimulatedMotion:
     """With a law of the ramps of straight moves, and one of joint moves; None: as those between stops tell it.
     `by_corners`: rounded corners tell times beside the ramps, and the accelerations that neither moves nor the law say,
-    by lines that are as fast as `above` [m/s]. `limits` [rad/s], [rad/s²]: of the tool's turn in lines, else
+    by lines that are as fast as `above` [m/s]. `limits` of the tool's turn in lines, else
     those that lines between stops tell."""
     moves, rows, pace, times, ends, blend, _ = judged
     _, speed, _, sim, start, end, moving, joint, waits, _ = simulated
@@ -748,9 +764,7 @@ def _by_law(
     simulated = simulated._replace(speed=speed, slow=slow, sim=sim - stopped)
     limits = limits or _limits_of_the_turn(judged, simulated, straight)
     if limits is not None:
-        rate, ramp = np.degrees(limits)
-        says = f"the simulation turns the tool at {rate:.4g} deg/s and {ramp:.4g} deg/s² at most"
-        notes.append(f"{says}: findings are relative to that")
+        notes.append(limits.says)
     turned = _no_faster_than_the_tool_turns(simulated, limits)
     slow = _accelerations(judged, turned, missing, straight, turning)
     # Limits of the turn are none of corners.
@@ -758,11 +772,15 @@ def _by_law(
     simulated, speed = turned, turned.speed
     slow = _no_faster_than_the_tool_turns(simulated._replace(slow=slow), limits).slow
     slow, shortest = _least_ramps(simulated, slow, straight, turning)
+    jerk = math.inf if limits is None else limits.jerk
     whole = _as_written(pace, rows, moving, ends, blend).with_(
         speed=speed,
         accelerate=slow,
         decelerate=slow,
-        build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
+        jerk=np.where(lines, jerk, np.inf),
+        build=np.where(
+            moving, np.where(joint, turning.build, 0.0 if math.isfinite(jerk) else straight.build), 0.0
+        ),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
         shortest=shortest,
     )
@@ -806,7 +824,8 @@ def _as_tuned(
         return 1.0, 1.0, np.where(known, slow, straight.stronger), []
     if straight.told:
         return 1.0, straight.stronger, np.where(np.isfinite(slow) | simulated.joint, slow, 1.0), []
-    faster, stronger = tuned(way, speed, slow, sim, simulated.steady)
+    shares = (tuned(way, speed, slow, sim, some) for some in (simulated.steady, simulated.calm))
+    faster, stronger = next((found for found in shares if found != (1.0, 1.0)), (1.0, 1.0))
     if (faster, stronger) == (1.0, 1.0):
         return 1.0, 1.0, slow, []
     told = f"{faster:.2%} of the written speeds and {stronger:.2%} of the written accelerations"
@@ -819,21 +838,25 @@ def _least_ramps(
 ) -> tuple[Floats, Floats]:
     """(n,) accelerations and (n,) [s] that ramps take at least. Where all ramps of lines, or of joint moves, take that
     time, or accelerations `slow` (n,) would take next to none of it, nothing tells what the drives could: then that is
-    the time which they take, too."""
-    shortest = np.zeros(len(slow))
-    for law, some in ((straight, simulated.lines), (turning, simulated.joint)):
+    the time which they take, too; but where ramps of the other kind take the same time or longer, it is the
+    controller's, and the drives have some to spare."""
+    shortest, kinds = np.zeros(len(slow)), ((straight, simulated.lines), (turning, simulated.joint))
+    helds = [law.weakened(simulated.way, simulated.speed, slow) for law, _ in kinds]
+    all_held = [bool((held < slow)[some].all()) for held, (_, some) in zip(helds, kinds, strict=True)]
+    for k, (law, some) in enumerate(kinds):
         if not law.shortest or not some.any():
             continue
-        held = law.weakened(simulated.way, simulated.speed, slow)
-        unknown = some & ((held < slow)[some].all() | (held < NO_RAMP * slow))
-        slow, shortest = np.where(unknown, held, slow), np.where(some, law.shortest, shortest)
+        other = kinds[1 - k][0].shortest
+        spare = abs(other - law.shortest) < _ONE_TIME * law.shortest and not all_held[1 - k]
+        weak = np.where(some, helds[k], slow)
+        unknown = some & (all_held[k] | (weak < NO_RAMP * slow))
+        slow = np.where(unknown, _SPARE * weak if spare else weak, slow)
+        shortest = np.where(some, law.shortest, shortest)
     return slow, shortest
 
 
-def _limits_of_the_turn(
-    judged: _Judged, simulated: _SimulatedRows, law: SimulatedRamps
-) -> tuple[float, float] | None:
-    """Speed [rad/s] and acceleration [rad/s²] of the tool's turn that lines between stops tell, if any do."""
+def _limits_of_the_turn(judged: _Judged, simulated: _SimulatedRows, law: SimulatedRamps) -> TurnLimits | None:
+    """Limits of the tool's turn that lines between stops tell, if any do."""
     if judged.times.own or not simulated.turn.any():
         return None
     way, speed, slow, sim = simulated[:4]
@@ -841,17 +864,15 @@ def _limits_of_the_turn(
     return turning_limits(way, speed, slow, simulated.turn, sim, asked, law)
 
 
-def _no_faster_than_the_tool_turns(
-    simulated: _SimulatedRows, limits: tuple[float, float] | None
-) -> _SimulatedRows:
-    """The rows whose lines are as slow as `limits` [rad/s], [rad/s²] of the tool's turn, if there are any, let them."""
+def _no_faster_than_the_tool_turns(simulated: _SimulatedRows, limits: TurnLimits | None) -> _SimulatedRows:
+    """The rows whose lines are as slow as `limits` of the tool's turn, if there are any, let them."""
     if limits is None:
         return simulated
     turns = simulated.lines & (simulated.turn > 0)
     per_turn = simulated.way / np.where(turns, simulated.turn, 1.0)
     speed, slow = (
         np.where(turns, np.minimum(own, limit * per_turn), own)
-        for own, limit in zip((simulated.speed, simulated.slow), limits, strict=True)
+        for own, limit in zip((simulated.speed, simulated.slow), limits[:2], strict=True)
     )
     return simulated._replace(speed=speed, slow=slow)
 

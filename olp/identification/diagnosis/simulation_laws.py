@@ -256,6 +256,7 @@ _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the
 _MOST_ALIKE = 0.8  # of the moves have one of them
 _HALVINGS = 60  # of an interval of logarithms
 TURNS = 0.01  # [rad] less is no turn of the tool
+_ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
 _TELLING = 4  # lines that turn by different angles: fewer do not tell two limits
 _ROUNDED_BELOW = 1e-3  # [s] that lines are off: more counts by its size, less by its square
 _DOWNHILL, _DAMPED = 80, 1e-3  # steps, and the share of the slopes that dampens the first one
@@ -316,8 +317,8 @@ class SimulatedRamps(NamedTuple):
         top = np.minimum(np.minimum(speed, np.sqrt(way * slow)), way / self.shortest)
         return np.asarray(np.minimum(slow, top / self.shortest))
 
-    def seconds(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
-        """(n,) [s] between two stops."""
+    def seconds(self, way: Floats, speed: Floats, slow: Floats, jerk: float = math.inf) -> Floats:
+        """(n,) [s] between two stops; accelerations build up at a `jerk` [m/s³] where one is given, else in a time."""
         slow = self.weakened(way, speed, slow)
         if not self.build:
             beside = np.full(len(way), self.filtered)
@@ -332,7 +333,7 @@ class SimulatedRamps(NamedTuple):
                 speed,
                 slow,
                 slow,
-                np.full(len(way), np.inf),
+                none + jerk,
                 none,
                 none,
                 none,
@@ -340,7 +341,7 @@ class SimulatedRamps(NamedTuple):
                 none + 1.0,
             ),
             filtered=none + self.filtered,
-            build=none + self.build,
+            build=none + (0.0 if math.isfinite(jerk) else self.build),
         )
         return motion.duration()
 
@@ -372,25 +373,51 @@ def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask, 
     return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
 
 
+class TurnLimits(NamedTuple):
+    """What limits how fast lines turn the tool: v ≤ ω L/θ, a ≤ α L/θ."""
+
+    speed: float  # ω [rad/s]
+    acceleration: float  # α [rad/s²]
+    jerk: float = math.inf  # [m/s³] at which accelerations of all lines build up; inf: in a time, or at once
+
+    @property
+    def says(self) -> str:
+        """One sentence for the reader."""
+        rate, ramp = math.degrees(self.speed), math.degrees(self.acceleration)
+        jerk = f", and builds up accelerations at {self.jerk:.4g} m/s³" if math.isfinite(self.jerk) else ""
+        return (
+            f"the simulation turns the tool at {rate:.4g} deg/s and {ramp:.4g} deg/s² at most{jerk}: findings are "
+            "relative to that"
+        )
+
+
 def turning_limits(
     way: Floats, speed: Floats, slow: Floats, turn: Floats, sim: Floats, plain: Mask, law: SimulatedRamps
-) -> tuple[float, float] | None:
-    """Speed [rad/s] and acceleration [rad/s²] that limit the turns `turn` (n,) [rad] of the tool in `plain` lines
-    between stops so that all of these take the simulated time; None where no such limits do.
+) -> TurnLimits | None:
+    """Limits of the turns `turn` (n,) [rad] of the tool in `plain` lines between stops with which all of these take the
+    simulated time; None where no such limits do.
 
-    Travel and turn share one law, the slower leads: v ≤ ω L/θ, a ≤ α L/θ.
+    Travel and turn share one law, the slower leads. Where accelerations build up, those that the turn limits tell
+    whether they do so at one jerk or in one time.
     """
     bare = law._replace(stop=0.0)
     turns = np.flatnonzero(plain & (turn > TURNS) & (way > 0))
     way, speed, slow, turn, sim = (column[turns] for column in (way, speed, slow, turn, sim))
     longer = sim > bare.seconds(way, speed, slow) * (1.0 + _ALIKE)
+    one = len(slow) > 0 and np.ptp(slow) <= _ONE_ACCELERATION * float(slow.max())
+    jerks = (math.inf, float(slow.max()) / law.build) if law.build and one else (math.inf,)
 
-    def off(rate: float, ramp: float) -> Floats:
+    def off(rate: float, ramp: float, jerk: float) -> Floats:
         limited_by = np.minimum(speed, rate * way / turn), np.minimum(slow, ramp * way / turn)
-        return np.asarray(bare.seconds(way, *limited_by) - sim)
+        return np.asarray(bare.seconds(way, *limited_by, jerk) - sim)
 
-    found = _nearest_limits(off, turn[longer], sim[longer])
-    return found if found is not None and float(np.abs(off(*found)).mean()) <= _TURNED_RIGHT else None
+    for jerk in jerks:
+        found = _nearest_limits(
+            lambda rate, ramp, jerk=jerk: off(rate, ramp, jerk), turn[longer], sim[longer]
+        )  # type: ignore[misc]
+        if found is not None and float(np.abs(off(*found, jerk)).mean()) <= _TURNED_RIGHT:
+            return TurnLimits(*found, jerk)
+    return None
 
 
 def turning_limits_at_corners(
@@ -400,9 +427,9 @@ def turning_limits_at_corners(
     turn: Floats,
     turning: Mask,
     sim: Floats,
-) -> tuple[float, float] | None:
-    """Speed [rad/s] and acceleration [rad/s²] of the turns `turn` (n,) [rad] of the tool with which the lines `turning`
-    (n,) come nearest to the simulated times `sim` (n,) [s], by the law of corners of `motion`; None where too few turn.
+) -> TurnLimits | None:
+    """Limits of the turns `turn` (n,) [rad] of the tool with which the lines `turning` (n,) come nearest to the
+    simulated times `sim` (n,) [s], by the law of corners of `motion`; None where too few turn.
     `free`: the motion without limits."""
     longer = turning & (sim > free.duration() + _SIM_DIGITS)
     per_turn = np.where(turn > TURNS, motion.way / np.where(turn > TURNS, turn, 1.0), np.inf)
@@ -414,7 +441,8 @@ def turning_limits_at_corners(
         tried = tried if partners is None else tried.meeting(motion, partners.before, partners.after)
         return np.asarray((tried.duration() - sim)[turning])
 
-    return _nearest_limits(off, turn[longer], sim[longer])
+    found = _nearest_limits(off, turn[longer], sim[longer])
+    return None if found is None else TurnLimits(*found)
 
 
 def _nearest_limits(
