@@ -703,3 +703,15 @@ def test_a_law_of_corners_that_comes_ever_nearer_is_not_followed_for_ever() -> N
 
     simulation_laws._walked(misfits)
     assert max(tried) > 2.0
+
+
+def test_moves_beside_one_that_nobody_recorded_are_not_judged_where_they_were_rounded_into_it(tmp_path):
+    """Nothing tells these corners: such moves were up to 0.2 s off the simulation's law, and waits or a name."""
+    made, rng = programmed(moves=60)
+    made.stop[:], made.blend[:] = True, 0.0
+    sim = driven(made)
+    made.more["move"] = np.arange(1, 61) + 2 * (np.arange(60) > 20) + (np.arange(60) > 30)  # two gaps
+    sim[[20, 21, 40]] -= [0.06, 0.04, 0.05]  # the second gap is between exact stops
+    making = case_of(read_recording(planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)))
+    assert making.rows.tolist() == [row for row in range(60) if row not in (20, 21)]
+    assert sum("2 moves beside moves that were not recorded" in note for note in making.notes) == 1

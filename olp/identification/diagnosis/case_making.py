@@ -62,6 +62,7 @@ _FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them w
 _SHOWN = 8  # moves named in a note
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 _FEW = 0.5  # of the moves: fewer that cannot be judged are left out, more are judged with a note
+_CUT_OFF = 6.0  # times what moves are off the simulation's law in the middle: such a one has a corner unknown
 _COUNTED = 0.5  # of the moves have the number after the last one's: numbers count moves
 _STRAIGHT_ON = 1e3  # times the rounding: a corner with an arc of that radius is none
 _CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners is its own
@@ -165,7 +166,27 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
         notes.append(
             f"{left} of {len(moves)} moves are not judged: no duration, simulation, length or known speed"
         )
-    return Making(_case(recording, rows, pace, judged, notes), rows, tuple(notes))
+    case = _case(recording, rows, pace, judged, notes)
+    cut = _cut_off(case, moves, rows)
+    if cut.any():
+        beside = phrasing.counted(int(cut.sum()), "move")
+        notes.append(
+            f"{beside} beside moves that were not recorded are not judged: nothing tells the corner there"
+        )
+        case, rows = case.take(np.flatnonzero(~cut)), rows[~cut]
+    return Making(case, rows, tuple(notes))
+
+
+def _cut_off(case: MeasuredMoves, moves: RecordedMoves, rows: Rows) -> Mask:
+    """(m,) Moves of the `rows` that come before or after one that nobody recorded, and are far off the simulation's law
+    from stop to stop, which its other moves keep."""
+    gap = np.append(np.diff(_executed(moves)) > 1, False)
+    beside = (gap | np.append(moves.move[0] > 1, gap[:-1]))[rows]
+    off, others = np.abs(case.base.duration() - case.simulated), case.moving & ~beside
+    if not beside.any() or not others.any() or beside.sum() > _FEW * len(rows):
+        return np.zeros(len(rows), dtype=bool)
+    far = max(_CORNERS_RIGHT, _CUT_OFF * float(np.median(off[others])))
+    return np.asarray(beside & (off > far) & case.moving)
 
 
 def with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
