@@ -327,6 +327,19 @@ def test_whether_a_jerk_or_a_time_stays_where_accelerations_differ_the_robot_tel
     assert any("one jerk explains" in note for note in answer.notes) == (one == "jerk")
 
 
+def test_a_time_that_builds_up_accelerations_is_none_of_stops_where_the_robot_shows_it(tmp_path):
+    """All simulated lines reach their acceleration: they take the same by both. The robot had a second name,
+    `settling`, that took back what the simulation was said to take at stops."""
+    rng, slow, simulated, real = np.random.default_rng(6), planted.ACCELERATION, 0.04, 0.16
+    made = planted.program(rng, 120, speeds=(0.1, 0.2, 0.5))
+    sim, seconds = (in_an_s(made.length, made.speed, slow, slow / time) for time in (simulated, real))
+    recording = read_recording(planted.write(tmp_path / "recording", made, seconds, sim, 0.002, rng))
+    assert case_of(recording).case.base.added.max() > 0.03
+    answer = diagnose_recording(recording).diagnosis
+    assert [finding.term for finding in answer.findings] == ["jerk"]
+    assert any("time at each stop" in note for note in answer.notes)
+
+
 def turning(rng, count):
     """Lines of which every second one turns the tool, about z, and by what angle [rad]."""
     made = planted.program(rng, count)

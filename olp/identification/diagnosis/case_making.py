@@ -75,6 +75,16 @@ _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
 # near it has to come where the acceleration is not told anew.
 _BUILT, _BUILT_STEPS, _NEAR_BUILT = (0.3, 1.2), 7, 0.5
+_SAME_TIME = 0.1  # times a time beside the ramps: laws that differ by less are one simulation
+# What the recorded durations say of the simulation.
+_ONE_JERK = (
+    "the simulated durations do not tell whether accelerations build up at one jerk or in one time; one jerk explains "
+    "the recorded durations better, and findings are relative to that"
+)
+_BUILT_UP = (
+    "the simulated durations do not tell a time at each stop from one in which accelerations build up; the second "
+    "explains the recorded durations better, and findings are relative to that"
+)
 _ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
 _ONE_TIME = 0.02  # of a time: times of lines and joint moves that differ by no more are one
 _SPARE = 8.0  # times what its ramp takes, of a drive that the controller's shortest ramp leaves idle
@@ -189,7 +199,28 @@ def _cut_off(case: MeasuredMoves, moves: RecordedMoves, rows: Rows) -> Mask:
     return np.asarray(beside & (off > far) & case.moving)
 
 
-def with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
+def as_simulated_otherwise(case: MeasuredMoves) -> list[tuple[MeasuredMoves, str]]:
+    """The same moves beside other laws with which the simulated durations are the same, and what a note says of each:
+    recorded durations tell which it is, where the robot changes what these laws differ in."""
+    others = (_with_one_jerk(case), _ONE_JERK), (_with_stops_built_up(case), _BUILT_UP)
+    return [(other, says) for other, says in others if other is not None]
+
+
+def _with_stops_built_up(case: MeasuredMoves) -> MeasuredMoves | None:
+    """The same moves, where the time at each stop is that in which accelerations build up; None where another time
+    stands beside the ramps, or that is not the same simulation."""
+    base, here = case.base, case.moving
+    times = base.added[here]
+    beside = base.build.any() or base.filtered.any() or np.isfinite(base.jerk[here]).any()
+    if beside or not len(times) or times.min() < _LEAST_BUILT or np.ptp(times) > 0.0:
+        return None
+    stop = np.where(here, base.added, 0.0)
+    other = base.with_(added=base.added - stop, build=stop)
+    same = np.abs(other.duration() - base.duration())[here].max() < _SAME_TIME * float(times[0])
+    return replace(case, base=other, derived={}) if same else None
+
+
+def _with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
     """The same moves, where accelerations of lines that build up in a time do so at one jerk; None where that is not
     the same simulation, as its accelerations differ, or where nothing builds up.
 

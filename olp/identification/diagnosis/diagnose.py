@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis import evidence, phrasing
-from olp.identification.diagnosis.case_making import with_one_jerk
+from olp.identification.diagnosis.case_making import as_simulated_otherwise
 from olp.identification.diagnosis.findings import ReportedFindings, findings_of
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
@@ -68,10 +68,6 @@ _HEAVY = (
     "noise floor holds them as scatter"
 )
 
-_JERKED = (
-    "the simulated durations do not tell whether accelerations build up at one jerk or in one time; one jerk explains "
-    "the recorded durations better, and findings are relative to that"
-)
 _ROUNDED = (
     "the remaining difference is no larger than rounding to the recorder's digits; moves that take the same time are "
     "rounded by the same amount, so it can correlate with columns"
@@ -102,11 +98,11 @@ def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Diag
     groups = {name: labels[making.rows] for name, labels in recording.groups().items()}
     noise, folds = Noise(max(digits_of(case), _LEAST)), folds_of(recording, making.rows, case.residual)
     named = name(case, noise, folds, groups)
-    other = with_one_jerk(case)
-    if other is not None and (named.fit.model.parts or named.remains.structured):
-        jerked = name(other, noise, folds, groups)
-        if price_of(jerked) < price_of(named):
-            case, named, notes = other, jerked, (*notes, _JERKED)
+    if named.fit.model.parts or named.remains.structured:
+        for other, says in as_simulated_otherwise(case):
+            found = name(other, noise, folds, groups)
+            if price_of(found) < price_of(named):
+                case, named, notes = other, found, (*making.notes, says)
     named = named._replace(fit=settled(named.fit, named.clean, named.noise))
     return _answer(recording, case, named, log, notes)
 
