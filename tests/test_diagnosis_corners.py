@@ -715,3 +715,26 @@ def test_moves_beside_one_that_nobody_recorded_are_not_judged_where_they_were_ro
     making = case_of(read_recording(planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)))
     assert making.rows.tolist() == [row for row in range(60) if row not in (20, 21)]
     assert sum("2 moves beside moves that were not recorded" in note for note in making.notes) == 1
+
+
+@pytest.mark.parametrize("kind", ["turning back", "into a joint move", "none"])
+def test_corners_at_which_a_simulation_stops_all_the_same_are_told_by_its_times(kind, tmp_path):
+    """As controllers do that round lines into lines alone, or no corner that turns back: up to 0.6 s of a slow line."""
+    made, rng = programmed(moves=120)
+    made.stop = np.isin(np.arange(120) % 24, (8, 9, 19))  # every fourth joint move goes from stop to stop
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.01, 0.02, 0.05], 120))
+    unit = (made.end - made.start) / made.length[:, None]
+    back = np.append(np.arccos(np.sum(unit[:-1] * unit[1:], axis=1)) >= 2.4, False)
+    joint = (np.arange(120) % 6 == 3) & (kind == "into a joint move")
+    stops = made.stop | joint | np.append(joint[1:], False) | (back & (kind == "turning back"))
+    sim = through_arcs(replace(made, stop=stops, blend=np.where(stops, 0.0, made.blend)), law="round")
+    path = planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng) / "moves.csv"
+    head, *rows = path.read_text().splitlines()
+    kinds = np.where(joint, "joint", "linear").tolist()
+    path.write_text(
+        "\n".join([f"{head},type", *(f"{row},{one}" for row, one in zip(rows, kinds, strict=True))])
+    )
+    case = case_of(read_recording(path.parent)).case
+    off = np.abs(case.base.duration() - case.simulated)
+    assert off[~case.joint].max() < 2e-3
+    assert np.array_equal(case.stop_end[~case.joint], stops[~joint])

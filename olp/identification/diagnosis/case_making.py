@@ -75,6 +75,8 @@ _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
 # near it has to come where the acceleration is not told anew.
 _BUILT, _BUILT_STEPS, _NEAR_BUILT = (0.3, 1.2), 7, 0.5
+_BACK = math.radians(120.0)  # a corner that turns by more turns back
+_ANGLES = 24  # of such corners that are tried
 _SAME_TIME = 0.1  # times a time beside the ramps: laws that differ by less are one simulation
 # What the recorded durations say of the simulation.
 _ONE_JERK = (
@@ -395,6 +397,8 @@ def _axes_simulated(recording: Recording, joint: Mask) -> AxisLimits | None:
 def _limits_told(moves: RecordedMoves, joint: Mask) -> AxisLimits | None:
     """The axes' limits behind the simulated times of the joint moves."""
     turned = np.abs(moves.joints_end - moves.joints_start)
+    if not turned.shape[1]:
+        return None  # joint moves of which only the tool's points were recorded
     ramps = _whole(moves.acceleration_fraction)
     unknown = np.full(len(moves), np.nan)
     start, end, *_ = _ends(moves, unknown, unknown)
@@ -561,9 +565,20 @@ class _Judged(NamedTuple):
 
 def _simulated_ends(judged: _Judged) -> tuple[MoveEnds, _SimulatedMotion]:
     """Where moves end, and the motion behind the simulated durations. Whether the last moves of cycles go on into the
-    next one, which nobody writes, simulated durations tell, which have no scatter; else the ends that are judged."""
-    made, ends, other = _base(judged), judged.ends, judged.ends.other
-    if judged.times.own or other is None:
+    next one, which nobody writes, and at which corners it stops, simulated durations tell, which have no scatter; else
+    the ends that are judged."""
+    made = _base(judged)
+    if judged.times.own:
+        return judged.ends, made
+    for _ in range(_IN_TURN):  # without them, the law of the other corners tells more of them
+        if (stops := _corners_not_rounded(judged, made.motion)) is None:
+            break
+        stopping = judged._replace(ends=stops.of(judged.ends, judged.moves))
+        if (tried := _base(stopping)).everywhere >= made.everywhere:
+            break
+        judged, made = stopping, tried
+    ends, other = judged.ends, judged.ends.other
+    if other is None:
         return ends, made
     differ = ((ends.start != other.start) | (ends.end != other.end))[judged.rows]
     sim = judged.times.duration[judged.rows]
@@ -571,6 +586,56 @@ def _simulated_ends(judged: _Judged) -> tuple[MoveEnds, _SimulatedMotion]:
         return ends, made
     tried = _base(judged._replace(ends=other))
     return (other, tried) if tried.off_in(differ, sim) < _NEARER * least else (ends, made)
+
+
+class _StopsAtCorners(NamedTuple):
+    """At which rounded corners a simulation stops all the same."""
+
+    turning: float = math.inf  # [rad] where lines turn by as much
+    mixed: bool = False  # between a line and a joint move
+
+    def of(self, ends: MoveEnds, moves: RecordedMoves) -> MoveEnds:
+        """The ends with these stops."""
+        here = np.flatnonzero(ends.before >= 0)
+        last = ends.before[here]
+        joint, line = moves.kind == JOINT, moves.kind == LINEAR
+        stops = line[last] & line[here] & (np.nan_to_num(_corner(moves)[last]) >= self.turning)
+        if self.mixed:
+            stops |= joint[last] != joint[here]
+        start, end, before = ends.start.copy(), ends.end.copy(), ends.before.copy()
+        start[here[stops]], end[last[stops]], before[here[stops]] = True, True, -1
+        other = None if ends.other is None else self.of(ends.other, moves)
+        return ends._replace(start=start, end=end, before=before, other=other)
+
+
+def _corners_not_rounded(judged: _Judged, motion: Motion) -> _StopsAtCorners | None:
+    """The stops at rounded corners with which the simulation's law of corners, that of `motion`, comes nearest to its
+    durations; None where it rounds all of them, or nothing tells."""
+    if motion.law == "stop":
+        return None
+    moves, rows, sim = judged.moves, judged.rows, judged.times.duration[judged.rows]
+    bends = motion.bend_end[(motion.bend_end > _BACK) & (motion.round_end > 0)]
+    told = np.unique(np.round(bends, 3)) - 1e-3
+    angles = [
+        math.inf,
+        *told[np.linspace(0, len(told) - 1, min(len(told), _ANGLES)).astype(np.intp)].tolist(),
+    ]
+    kinds = [_StopsAtCorners(angle, mixed) for mixed in (False, True) for angle in angles]
+
+    def off(stops: _StopsAtCorners) -> Floats:
+        ends = stops.of(judged.ends, moves)
+        start, end = (
+            np.where(one[rows], 0.0, rounding)
+            for one, rounding in ((ends.start, motion.round_start), (ends.end, motion.round_end))
+        )
+        return np.asarray(np.abs(motion.with_(round_start=start, round_end=end).duration() - sim))
+
+    rounded = off(kinds[0])
+    best = min(kinds, key=lambda one: float(off(one).sum()))
+    stopped = off(best)
+    changed = stopped != rounded
+    right = changed.any() and stopped[changed].mean() < _NEARER * rounded[changed].mean()
+    return best if right else None
 
 
 def _base(judged: _Judged) -> _SimulatedMotion:
