@@ -327,6 +327,29 @@ def test_whether_a_jerk_or_a_time_stays_where_accelerations_differ_the_robot_tel
     assert any("one jerk explains" in note for note in answer.notes) == (one == "jerk")
 
 
+def test_a_simulation_in_which_half_of_the_lines_take_what_is_written_is_not_tuned():
+    """The others end cycles, and are rounded into the next: 95 % of the speeds and 284 % of the accelerations."""
+    rows = (
+        (0.3202, 0.4, 0.8595), (0.333, 0.8, 0.534), (0.3327, 0.4, 0.8907), (0.3233, 0.4, 0.8375), (0.3176, 0.4, 0.853),
+        (0.3237, 0.4, 0.8681), (0.3275, 0.8, 0.4645), (0.3335, 0.8, 0.4722), (0.3505, 0.4, 0.9352), (0.3585, 0.4, 0.9551),
+        (0.3154, 0.8, 0.449), (0.3314, 0.8, 0.47),
+    )  # fmt: skip
+    way, speed, sim = np.array(rows).T
+    assert tuned(way, speed, np.full(len(way), 6.79), sim, np.ones(len(way), bool)) == (1.0, 1.0)
+
+
+def test_lines_of_one_speed_tell_a_time_in_which_written_accelerations_build_up():
+    """A share of speeds and accelerations came near to most of them, and no other law was asked."""
+    way = np.array(
+        [0.6828, 0.1035, 0.5567, 0.6568, 0.2452, 0.4808, 0.4467, 0.6076, 0.5766, 0.0372, 1.0506, 1.7943]
+    )
+    slow = np.full(12, 5.23)
+    sim = in_an_s(way, np.ones(12), slow, slow / 0.0939)
+    law = ramps_of(way, np.ones(12), slow, np.round(sim, 4), np.ones(12, bool))
+    assert (law.stronger, law.stop, law.filtered) == (1.0, 0.0, 0.0)
+    assert law.build == pytest.approx(0.0939, abs=5e-4)
+
+
 def test_a_time_that_builds_up_accelerations_is_none_of_stops_where_the_robot_shows_it(tmp_path):
     """All simulated lines reach their acceleration: they take the same by both. The robot had a second name,
     `settling`, that took back what the simulation was said to take at stops."""

@@ -670,6 +670,9 @@ def ramps_that_fit(
     found = [(off(law), law) for law in laws if law is not None]
     if exact := [law for misfit, law in found if misfit <= near]:
         return exact
+    # Lines of one speed do not tell a share of the written accelerations from a time beside them.
+    if written and (beside_written := _beside_written(way, speed, slow, sim, near)):
+        return beside_written
     least = min((misfit for misfit, _ in found), default=math.inf)
     if least > min(_STEP_OF_TIME, _STEPPED * plainly):
         return []
@@ -912,7 +915,10 @@ def _tuned(
         return _stronger(way, faster * speed, slow, sim)
 
     plainly = misfit(1.0, 1.0 if written else stronger_of(1.0))
-    if plainly <= _LEAST:
+    as_written = float(np.median(np.abs(trapezoid(way, speed, slow) - sim))) if written else math.inf
+    if (
+        min(plainly, as_written) <= _LEAST
+    ):  # what half of the moves take is no chance: others meet rounded corners
         return 1.0, 1.0
     tried = list[tuple[float, float]]()
     if written:
