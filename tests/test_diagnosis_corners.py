@@ -298,11 +298,12 @@ def looking_ahead(pieces):
 
 
 def through_arcs(made, slow=A, law="arc", per_turn=None):
-    """[s] at one acceleration, along the way and across it: through corners at the speed of the arc that touches both
+    """[s] at an acceleration of each move, along the way and across it where its end is rounded: through corners at the speed of the arc that touches both
     lines at its rounding, as if on the lines, with the arc's way but no limit beside its middle ("round"), or along it
     ("circle"); or along the parabola that does, nowhere faster than its radius lets. Way
     `per_turn` (n,) [m/rad] of the tool: it turns at RATE and RAMP at most."""
-    speeds, ramps = made.speed, np.full(len(made.length), slow)
+    across = np.broadcast_to(slow, len(made.length))
+    speeds, ramps = made.speed, across
     if per_turn is not None:
         speeds, ramps = np.minimum(speeds, RATE * per_turn), np.minimum(ramps, RAMP * per_turn)
     unit = (made.end - made.start) / made.length[:, None]
@@ -315,7 +316,7 @@ def through_arcs(made, slow=A, law="arc", per_turn=None):
             return [], [], 0.0
         turn, rounding = turns[corner], roundings[corner]
         radius = rounding / np.tan(turn / 2)
-        most, half_arc = np.sqrt(slow * radius), 0.5 * turn * radius
+        most, half_arc = np.sqrt(across[corner] * radius), 0.5 * turn * radius
         if law == "arc":
             return [1e-9], [most], 0.0
         if law == "round":
@@ -323,7 +324,7 @@ def through_arcs(made, slow=A, law="arc", per_turn=None):
         if law == "circle":
             return [half_arc], [most], rounding
         steps, radius = half_of_a_parabola(turn)
-        return rounding * steps, np.sqrt(slow * rounding * radius), rounding
+        return rounding * steps, np.sqrt(across[corner] * rounding * radius), rounding
 
     pieces = []
     for k, (length, speed) in enumerate(zip(made.length, speeds, strict=True)):
@@ -738,3 +739,17 @@ def test_corners_at_which_a_simulation_stops_all_the_same_are_told_by_its_times(
     off = np.abs(case.base.duration() - case.simulated)
     assert off[~case.joint].max() < 2e-3
     assert np.array_equal(case.stop_end[~case.joint], stops[~joint])
+
+
+@pytest.mark.parametrize("where", ["by its load", "in a region"])
+def test_a_corner_has_one_speed_which_is_that_of_the_weaker_acceleration_too(where):
+    """It is planned for the move whose end it rounds, and the next one begins at it: there was a second name."""
+    made, rng = programmed(moves=120)
+    loaded = where == "by its load"
+    weaker = 1.0 / (1.0 + 0.03 * made.payload) if loaded else np.where(made.end[:, 1] > 0, 0.6, 1.0)
+    sim, real = through_arcs(made, law="round"), through_arcs(made, A * weaker, law="round")
+    found = diagnosed(made, real, sim, rng)
+    (finding,) = found.findings
+    assert (finding.term, found.verdict) == ("payload" if loaded else "acceleration", "explained")
+    (number,) = finding.parameters.values()
+    assert number.value == pytest.approx(0.03 if loaded else 0.6 * A, rel=0.03)

@@ -134,7 +134,8 @@ def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """a / (1 + k m), a (1 - k m), or a (1 + k m₀) / (1 + k m) with one simulated mass, or that of each."""
+    """a / (1 + k m), a (1 - k m), or a (1 + k m₀) / (1 + k m) with one simulated mass, or that of each; at corners, too:
+    likewise the acceleration across the way."""
     mass = np.nan_to_num(case.payload)
     if form.key == "real over simulated":
         return both(case, (1.0 + values[0] * np.nan_to_num(case.sim_payload)) / (1.0 + values[0] * mass))
@@ -142,7 +143,9 @@ def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         return both(case, 1.0 - values[0] * mass)
     simulated = values[1] if len(values) > 1 else 0.0
     share = (1.0 + values[0] * simulated) / (1.0 + values[0] * mass)
-    return both(case, np.where(np.isfinite(case.payload), share, 1.0))
+    share = np.where(np.isfinite(case.payload), share, 1.0)
+    corners = ("open_start", "open_end") if form.key == "at corners, too" else ()
+    return {**both(case, share), **{name: getattr(case.base, name) * share for name in corners}}
 
 
 def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:

@@ -140,7 +140,13 @@ def other_cases() -> tuple[tuple[str, MeasuredMoves], ...]:
             "with one acceleration, no robot, whose simulation looks ahead at corners",
             replace(
                 plain,
-                base=plain.base.with_(accelerate=even, decelerate=even, law="parabola"),
+                base=plain.base.with_(
+                    accelerate=even,
+                    decelerate=even,
+                    law="parabola",
+                    open_start=0.6 * even,
+                    open_end=0.8 * even,
+                ),
                 rates=None,
                 derived={},
             ),
@@ -282,7 +288,7 @@ _COLUMNS: Final = (
         "added",
         "rate",
     ),
-    *("cycle", "early", "timed", "law", "overlap", "split", "reach"),
+    *("cycle", "early", "timed", "law", "overlap", "split", "reach", "open_start", "open_end"),
 )
 
 

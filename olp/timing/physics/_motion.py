@@ -204,29 +204,35 @@ class Motion:
         return self.with_(**{name: np.where(mask, others[name], mine[name]) for name in differ})
 
     def meeting(self, base: Motion, before: NDArray[np.int64], after: NDArray[np.int64]) -> Motion:
-        """The motion with corners at which the moves that meet there are changed as they are from their `base`.
+        """The motion with corners at which the moves that meet there are changed as they are from their `base`, and
+        which both pass at one speed.
 
         `before`, `after` (n,): rows of the moves that end where these begin, and that begin where these end. What one
         end of a move changes in its ramps may be the opposite in the next move: of gravity, going up and going down.
         """
-        corners = base.corners
+        corners, met = base.corners, self
         ramps = ("speed", "accelerate", "decelerate")
+        if self.law in ARCS and self._rounded and self.open_end is not base.open_end:
+            # A corner has one speed, which the move plans whose end it rounds.
+            known = base.open_end > 0
+            opened = np.where(known, self.open_end / np.where(known, base.open_end, 1.0), 1.0)
+            met = self.with_(open_start=base.open_start * opened[before])
         if corners is None or not self._by_neighbours or all(vars(self)[n] is vars(base)[n] for n in ramps):
-            return self
+            return met
         slow, fast = self._down / base._down, self.top() / base.top()
         last = corners._replace(
             speed=np.minimum(corners.speed, np.sqrt(corners.way * base._down * corners.slow)) * fast[before],
             slow=corners.slow * slow[before] / slow,
         )
         if SHORTER not in self.law and self.law not in ARCS:
-            return self.with_(corners=last)
+            return met.with_(corners=last)
         up = self._up / base._up
         next_up = base._down * corners.next_slow
         both = last._replace(
             next_speed=np.minimum(corners.next_speed, np.sqrt(corners.next_way * next_up)) * fast[after],
             next_slow=corners.next_slow * up[after] / slow,
         )
-        return self.with_(corners=both)
+        return met.with_(corners=both)
 
     @property
     def _up(self) -> Floats:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import Motion
+from olp.timing.physics._motion import ARCS, Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 0.1  # [kg]
 _TOLD = "real over simulated"
+_AT_CORNERS = "at corners, too"
 _LOADS = 6  # of those that are carried, the simulated one among them
 
 
@@ -53,7 +54,7 @@ class Payload(MoveTerm):
         forms.append(
             Form("from the simulated load", (one, simulated), r"a(m) = a\,(1 + k m_{sim}) / (1 + k m)")
         )
-        return tuple(forms)
+        return (*forms, *_at_corners(case, one))
 
     def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "payload_kg, with at least two different masses"
@@ -73,12 +74,15 @@ class Payload(MoveTerm):
         if form.key == "weight":
             rest = 1.0 - values[0] * case.once("carried", lambda: np.nan_to_num(case.payload))
             return motion.with_(accelerate=motion.accelerate * rest, decelerate=motion.decelerate * rest)
-        simulated = values[1] if form.key else 0.0
+        simulated = values[1] if len(values) > 1 else 0.0
         carried = case.once(
             "carried or none", lambda: np.where(np.isfinite(case.payload), case.payload, -1.0)
         )
         ratio = (1.0 + values[0] * simulated) / (1.0 + values[0] * np.where(carried < 0, simulated, carried))
-        return motion.with_(accelerate=motion.accelerate * ratio, decelerate=motion.decelerate * ratio)
+        weaker = motion.with_(accelerate=motion.accelerate * ratio, decelerate=motion.decelerate * ratio)
+        if form.key != _AT_CORNERS:
+            return weaker
+        return weaker.with_(open_start=motion.open_start * ratio, open_end=motion.open_end * ratio)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == _TOLD:
@@ -92,8 +96,17 @@ class Payload(MoveTerm):
         least = float(np.nanmin(case.payload)) if len(values) > 1 else 0.0
         less = 1.0 - (1.0 + values[0] * least) / (1.0 + values[0] * most)
         less = values[0] * most if form.key == "weight" else less
+        where = ", along the way and at corners" if form.key == _AT_CORNERS else ""
         carries = f"; the simulation carries {values[1]:.4g} kg" if len(values) > 1 else ""
-        return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {least:.4g} kg{carries}"
+        return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {least:.4g} kg{where}{carries}"
+
+
+def _at_corners(case: MeasuredMoves, one: TermParameter) -> tuple[Form, ...]:
+    """Corners, too: a controller that looks ahead passes them by what it plans for the load, or as without one."""
+    base = case.base
+    if base.law not in ARCS or not bool(((base.round_start > 0) | (base.round_end > 0)).any()):
+        return ()
+    return (Form(_AT_CORNERS, (one,), r"a(m) = a / (1 + k m),\ v_c^2(m) = v_c^2 / (1 + k m)"),)
 
 
 def _carried(case: MeasuredMoves) -> Floats:
