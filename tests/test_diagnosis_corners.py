@@ -298,10 +298,10 @@ def looking_ahead(pieces):
 
 
 def through_arcs(made, slow=A, law="arc", per_turn=None):
-    """[s] at an acceleration of each move, along the way and across it where its end is rounded: through corners at the speed of the arc that touches both
-    lines at its rounding, as if on the lines, with the arc's way but no limit beside its middle ("round"), or along it
-    ("circle"); or along the parabola that does, nowhere faster than its radius lets. Way
-    `per_turn` (n,) [m/rad] of the tool: it turns at RATE and RAMP at most."""
+    """[s] at an acceleration of each move, along the way and across it where its end is rounded: through corners at the
+    speed of the arc that touches both lines at its rounding, as if on the lines, with the arc's way but no limit beside
+    its middle ("round"), or along it ("circle"); or along the parabola that does, nowhere faster than its radius lets.
+    Way `per_turn` (n,) [m/rad] of the tool: it turns at RATE and RAMP at most."""
     across = np.broadcast_to(slow, len(made.length))
     speeds, ramps = made.speed, across
     if per_turn is not None:
