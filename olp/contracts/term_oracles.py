@@ -134,8 +134,8 @@ def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """a / (1 + k m), a (1 - k m), or a (1 + k m₀) / (1 + k m) with one simulated mass, or that of each; at corners, too:
-    likewise the acceleration across the way."""
+    """a / (1 + k m), a (1 - k m), or a (1 + k m₀) / (1 + k m) with one simulated mass, or that of each; at corners,
+    too: likewise the acceleration across the way."""
     mass = np.nan_to_num(case.payload)
     if form.key == "real over simulated":
         return both(case, (1.0 + values[0] * np.nan_to_num(case.sim_payload)) / (1.0 + values[0] * mass))
