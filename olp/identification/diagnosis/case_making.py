@@ -20,6 +20,7 @@ from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_time
 from olp.identification.diagnosis.simulation_laws import (
     FEWEST,
     NO_RAMP,
+    ONE_ACCELERATION,
     SOME_ROUNDING,
     TURNS,
     SimulatedRamps,
@@ -87,7 +88,6 @@ _BUILT_UP = (
     "the simulated durations do not tell a time at each stop from one in which accelerations build up; the second "
     "explains the recorded durations better, and findings are relative to that"
 )
-_ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
 _ONE_TIME = 0.02  # of a time: times of lines and joint moves that differ by no more are one
 _SPARE = 8.0  # times what its ramp takes, of a drive that the controller's shortest ramp leaves idle
 _STEADY = 6  # lines between stops that differ and do not turn the tool: fewer are no law
@@ -231,7 +231,7 @@ def _with_one_jerk(case: MeasuredMoves) -> MeasuredMoves | None:
     base = case.base
     built = (base.build > 0) & ~case.joint
     ramps = np.concatenate([base.accelerate[built], base.decelerate[built]])
-    if not built.any() or np.ptp(ramps) > _ONE_ACCELERATION * float(ramps.max()):
+    if not built.any() or np.ptp(ramps) > ONE_ACCELERATION * float(ramps.max()):
         return None
     jerk = np.where(built, base.accelerate / np.where(built, base.build, 1.0), base.jerk)
     return replace(case, base=base.with_(jerk=jerk, build=np.where(built, 0.0, base.build)), derived={})

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -256,7 +257,7 @@ _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the
 _MOST_ALIKE = 0.8  # of the moves have one of them
 _HALVINGS = 60  # of an interval of logarithms
 TURNS = 0.01  # [rad] less is no turn of the tool
-_ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
+ONE_ACCELERATION = 1e-3  # of the accelerations: what differs by no more is one
 _TELLING = 4  # lines that turn by different angles: fewer do not tell two limits
 _ROUNDED_BELOW = 1e-3  # [s] that lines are off: more counts by its size, less by its square
 _DOWNHILL, _DAMPED = 80, 1e-3  # steps, and the share of the slopes that dampens the first one
@@ -404,7 +405,7 @@ def turning_limits(
     turns = np.flatnonzero(plain & (turn > TURNS) & (way > 0))
     way, speed, slow, turn, sim = (column[turns] for column in (way, speed, slow, turn, sim))
     longer = sim > bare.seconds(way, speed, slow) * (1.0 + _ALIKE)
-    one = len(slow) > 0 and np.ptp(slow) <= _ONE_ACCELERATION * float(slow.max())
+    one = len(slow) > 0 and np.ptp(slow) <= ONE_ACCELERATION * float(slow.max())
     jerks = (math.inf, float(slow.max()) / law.build) if law.build and one else (math.inf,)
 
     def off(rate: float, ramp: float, jerk: float) -> Floats:
@@ -412,9 +413,7 @@ def turning_limits(
         return np.asarray(bare.seconds(way, *limited_by, jerk) - sim)
 
     for jerk in jerks:
-        found = _nearest_limits(
-            lambda rate, ramp, jerk=jerk: off(rate, ramp, jerk), turn[longer], sim[longer]
-        )  # type: ignore[misc]
+        found = _nearest_limits(partial(off, jerk=jerk), turn[longer], sim[longer])
         if found is not None and float(np.abs(off(*found, jerk)).mean()) <= _TURNED_RIGHT:
             return TurnLimits(*found, jerk)
     return None
@@ -916,9 +915,8 @@ def _tuned(
 
     plainly = misfit(1.0, 1.0 if written else stronger_of(1.0))
     as_written = float(np.median(np.abs(trapezoid(way, speed, slow) - sim))) if written else math.inf
-    if (
-        min(plainly, as_written) <= _LEAST
-    ):  # what half of the moves take is no chance: others meet rounded corners
+    # What half of the moves take is no chance: the others meet rounded corners.
+    if min(plainly, as_written) <= _LEAST:
         return 1.0, 1.0
     tried = list[tuple[float, float]]()
     if written:
