@@ -178,6 +178,11 @@ class Motion:
         """Whether some moves have a rounded corner."""
         return bool(((self.round_start > 0) | (self.round_end > 0)).any())
 
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether moves meet at rounded corners that a controller passes at a speed which it plans for each."""
+        return self.law in ARCS and self._rounded
+
     @cached_property
     def _waits(self) -> bool:
         """Whether an average behind the planner delays some moves."""
@@ -212,7 +217,7 @@ class Motion:
         """
         corners, met = base.corners, self
         ramps = ("speed", "accelerate", "decelerate")
-        if self.law in ARCS and self._rounded and self.open_end is not base.open_end:
+        if self.looks_ahead and self.open_end is not base.open_end:
             # A corner has one speed, which the move plans whose end it rounds.
             known = base.open_end > 0
             opened = np.where(known, self.open_end / np.where(known, base.open_end, 1.0), 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import ARCS, Motion
+from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _WIDEST = 8.0  # times the simulated acceleration, and one over it
@@ -67,9 +67,7 @@ class AccelerationTerm(MoveTerm):
 def _along_the_way(case: MeasuredMoves, one: TermParameter, slow: str) -> tuple[Form, ...]:
     """Ramps alone: how fast a controller that looks ahead passes a corner hangs on what it allows across the way, which
     need not be what its drives give along it."""
-    base = case.base
-    rounded = bool(((base.round_start > 0) | (base.round_end > 0)).any())
-    if base.law not in ARCS or not rounded:
+    if not case.base.looks_ahead:
         return ()
     return (Form(_ALONG, (one,), rf"T = L/v + v/{slow},\ v_c\ \text{{as simulated}}"),)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import ARCS, Motion
+from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 0.1  # [kg]
@@ -103,8 +103,7 @@ class Payload(MoveTerm):
 
 def _at_corners(case: MeasuredMoves, one: TermParameter) -> tuple[Form, ...]:
     """Corners, too: a controller that looks ahead passes them by what it plans for the load, or as without one."""
-    base = case.base
-    if base.law not in ARCS or not bool(((base.round_start > 0) | (base.round_end > 0)).any()):
+    if not case.base.looks_ahead:
         return ()
     return (Form(_AT_CORNERS, (one,), r"a(m) = a / (1 + k m),\ v_c^2(m) = v_c^2 / (1 + k m)"),)
 
