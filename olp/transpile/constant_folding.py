@@ -130,9 +130,8 @@ def _changeable(program: Program) -> dict[str, bool]:
     own = program.source.raw.count(b"\n") + 1
     found = {}
     for d in program.data:
-        elsewhere = d.line > own or (
-            d.line == 0 and bool(d.native)
-        )  # those of the controller's own list have no line
+        # Those of the controller's own list have no line.
+        elsewhere = d.line > own or (d.line == 0 and bool(d.native))
         if d.storage != "constant" and (elsewhere or (d.storage == "persistent" and d.shared)):
             found[d.name] = elsewhere
     return found
