@@ -70,7 +70,9 @@ _CORNERS_RIGHT = 5e-4  # [s] nearer to a simulation than that, a law of corners 
 _NEARER = 0.25  # times what a plainer law of ramps is off: so near another one has to come
 # [s] that lines are off: less is not worth a search among times in which accelerations build up, which takes 10 s.
 _WORTH_A_SEARCH = 1e-3
-_IN_TURN = 3  # times that corners and limits of the tool's turn tell each other
+_IN_TURN = (
+    3  # times that the law of corners and limits of the tool's turn, or stops at corners, tell each other
+)
 _NEARER_IN_TURN = 0.7  # times what the last ones are off: less is no other law
 _LEAST_BUILT = 5e-3  # [s] in which accelerations build up: less is digits
 # Of the time beside the ramps that corners tell without, and steps of its search; times what they leave without: so
@@ -181,10 +183,8 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
     case = _case(recording, rows, pace, judged, notes)
     cut = _cut_off(case, moves, rows)
     if cut.any():
-        beside = phrasing.counted(int(cut.sum()), "move")
-        notes.append(
-            f"{beside} beside moves that were not recorded are not judged: nothing tells the corner there"
-        )
+        which = phrasing.counted(int(cut.sum()), "move")
+        notes.append(f"not judged: {which} next to one that was not recorded: its corner there is not known")
         case, rows = case.take(np.flatnonzero(~cut)), rows[~cut]
     return Making(case, rows, tuple(notes))
 
@@ -192,8 +192,10 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
 def _cut_off(case: MeasuredMoves, moves: RecordedMoves, rows: Rows) -> Mask:
     """(m,) Moves of the `rows` that come before or after one that nobody recorded, and are far off the simulation's law
     from stop to stop, which its other moves keep."""
-    gap = np.append(np.diff(_executed(moves)) > 1, False)
-    beside = (gap | np.append(moves.move[0] > 1, gap[:-1]))[rows]
+    place = _executed(moves)
+    gap = np.append(np.diff(place) > 1, False)
+    later = moves.move[0] > 1 and np.array_equal(moves.move - moves.move[0], place)  # than the first move
+    beside = (gap | np.append(later, gap[:-1]))[rows]
     off, others = np.abs(case.base.duration() - case.simulated), case.moving & ~beside
     if not beside.any() or not others.any() or beside.sum() > _FEW * len(rows):
         return np.zeros(len(rows), dtype=bool)
@@ -213,7 +215,9 @@ def _with_stops_built_up(case: MeasuredMoves) -> MeasuredMoves | None:
     stands beside the ramps, or that is not the same simulation."""
     base, here = case.base, case.moving
     times = base.added[here]
-    beside = base.build.any() or base.filtered.any() or np.isfinite(base.jerk[here]).any()
+    beside = (
+        base.build.any() or base.filtered.any() or base.shortest.any() or np.isfinite(base.jerk[here]).any()
+    )
     if beside or not len(times) or times.min() < _LEAST_BUILT or np.ptp(times) > 0.0:
         return None
     stop = np.where(here, base.added, 0.0)
@@ -860,8 +864,8 @@ def _by_law(
 ) -> _SimulatedMotion:
     """With a law of the ramps of straight moves, and one of joint moves; None: as those between stops tell it.
     `by_corners`: rounded corners tell times beside the ramps, and the accelerations that neither moves nor the law say,
-    by lines that are as fast as `above` [m/s]. `limits` of the tool's turn in lines, else
-    those that lines between stops tell."""
+    by lines that are as fast as `above` [m/s]. `limits`: of the tool's turn in lines, else those that lines between
+    stops tell."""
     moves, rows, pace, times, ends, blend, _ = judged
     _, speed, _, sim, start, end, moving, joint, waits, _ = simulated
     plain, lines = simulated.plain, simulated.lines
