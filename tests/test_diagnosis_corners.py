@@ -258,6 +258,7 @@ def test_at_a_corner_of_a_line_and_a_joint_move_a_rounding_is_a_share_of_the_joi
     assert saved == pytest.approx([min(line, turned), min(turned, last), 0.0])
 
 
+@pytest.mark.slow("1.0-0.45")
 @pytest.mark.parametrize(("split", "reach"), [(1.0, 0.45), (0.5, 0.5)])
 def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, reach, tmp_path):
     """Of a part of the moves, too, they are those of the whole."""
@@ -336,6 +337,7 @@ def through_arcs(made, slow=A, law="arc", per_turn=None):
     return looking_ahead(pieces)
 
 
+@pytest.mark.slow("drop1-parabola", "drop1-round", "drop1-circle")
 @pytest.mark.parametrize("law", ["arc", "round", "circle", "parabola"])
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
 def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop, law, tmp_path):
@@ -360,6 +362,7 @@ def test_a_robot_that_stops_at_corners_spends_there_what_its_simulation_takes_at
     assert ([one.term for one in answer.findings], answer.verdict) == (["blending"], "explained")
 
 
+@pytest.mark.slow("drop1")
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
 def test_limits_of_the_tools_turn_are_told_where_corners_are_rounded(drop, tmp_path):
     """Law of corners and limits of the turn hang on each other; corners are passed as if the tool did not turn."""
@@ -437,6 +440,7 @@ def in_cycles(rng, cycles=24):
     return made
 
 
+@pytest.mark.slow("build-drop1", "stop-drop0")
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
 @pytest.mark.parametrize("beside", ["stop", "build"])
 def test_times_beside_ramps_are_told_by_rounded_corners_where_all_moves_between_stops_are_alike(
@@ -474,6 +478,7 @@ def test_accelerations_are_told_by_corners_where_moves_between_stops_are_few(tmp
     assert np.abs(case.base.duration() - sim).mean() < 5e-4
 
 
+@pytest.mark.slow("0.04-0.0-drop1", "0.0-0.05-drop1", "0.04-0.05-drop0")
 @pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
 @pytest.mark.parametrize(("each", "stop"), [(0.04, 0.0), (0.0, 0.05), (0.04, 0.05)])
 def test_times_beside_ramps_are_told_by_corners_where_no_move_goes_from_stop_to_stop(
@@ -505,6 +510,7 @@ def built_up(made, build, slow=A):
     return 2.0 * ramp(fast) + (made.length - fast * ramp(fast)) / fast
 
 
+@pytest.mark.slow("0.0-drop0")
 @pytest.mark.parametrize(("stop", "drop"), [(0.0, ("accel_mm_s2",)), (0.05, ())])
 def test_accelerations_that_build_up_are_told_where_no_move_goes_from_stop_to_stop(stop, drop, tmp_path):
     """Slow moves do not reach their acceleration: a time beside ramps left all off by 5.6 and 28 ms on the mean."""
@@ -649,6 +655,7 @@ def test_a_corner_into_another_job_is_one_and_the_end_of_the_recording_tells_no_
     np.testing.assert_array_equal(stops, one.stop_start)  # joints are positions as well
 
 
+@pytest.mark.slow("True")
 @pytest.mark.parametrize("passed", [True, False])
 def test_whether_a_cycles_end_is_rounded_into_the_next_is_told_by_the_durations(passed, tmp_path):
     """Nobody writes whether a program loops, which rounds, or ends and is started again, which stops."""
@@ -663,6 +670,7 @@ def test_whether_a_cycles_end_is_rounded_into_the_next_is_told_by_the_durations(
     assert (case.stop_end[last][:-1] != passed).all()
 
 
+@pytest.mark.slow("False")
 @pytest.mark.parametrize("passed", [True, False])
 def test_where_a_simulated_cycle_ends_its_own_times_tell(passed, tmp_path):
     """The robot's durations do not, where something else makes moves late by more than a corner saves."""
@@ -677,6 +685,7 @@ def test_where_a_simulated_cycle_ends_its_own_times_tell(passed, tmp_path):
     assert np.abs(case.base.duration() - sim).mean() < 1e-3
 
 
+@pytest.mark.slow("False")
 @pytest.mark.parametrize("passed", [True, False])
 def test_a_corner_is_as_late_as_the_slower_of_both_moves_also_at_a_cycles_end(passed, tmp_path):
     """Quick moves end the cycles and slow ones begin them, so that these corners save less than other quick moves'."""
@@ -742,6 +751,7 @@ def test_corners_at_which_a_simulation_stops_all_the_same_are_told_by_its_times(
     assert np.array_equal(case.stop_end[~case.joint], stops[~joint])
 
 
+@pytest.mark.slow("in a region")
 @pytest.mark.parametrize("where", ["by its load", "in a region"])
 def test_a_corner_has_one_speed_which_is_that_of_the_weaker_acceleration_too(where):
     """It is planned for the move whose end it rounds, and the next one begins at it: there was a second name."""

@@ -1168,6 +1168,7 @@ def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_non
         assert set(terms["external-wait"].moves) >= set((np.flatnonzero(late > 0.05) + 1).tolist())
 
 
+@pytest.mark.slow("True-5-2")
 @pytest.mark.parametrize(("waits", "of", "some"), [(True, 3, 1), (True, 5, 2), (False, 3, 1)])
 def test_moves_to_where_parts_come_from_wait_as_it_comes_or_have_a_law_of_their_place(
     waits, of, some, tmp_path

@@ -152,6 +152,7 @@ BESIDE = [
 ]
 
 
+@pytest.mark.slow("law4-True", "law2-True", "law3-False")
 @pytest.mark.parametrize("written", [True, False])
 @pytest.mark.parametrize("law", BESIDE)
 def test_what_a_simulations_ramps_have_beside_constant_accelerations_is_read_off_its_times(law, written):
@@ -311,6 +312,7 @@ def in_an_s(way, speed, slow, jerk):
     return way / top + ramp(top)
 
 
+@pytest.mark.slow("time")
 @pytest.mark.parametrize("one", ["jerk", "time"])
 def test_whether_a_jerk_or_a_time_stays_where_accelerations_differ_the_robot_tells(one, tmp_path):
     """Of one acceleration, simulated times are the same by both; what was left was called jerk and friction."""

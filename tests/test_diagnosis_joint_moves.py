@@ -275,7 +275,7 @@ def incline_of(q):
     return step[:, 2] / np.linalg.norm(step, axis=1)
 
 
-@pytest.mark.slow("0.2")
+@pytest.mark.slow("0.2", "0.0")
 @pytest.mark.parametrize("braking", [0.0, 0.2, 0.4])
 def test_joint_moves_that_lift_the_tool_start_more_slowly_whatever_their_axes_hold(tmp_path, braking):
     """A controller lowers ramps by how steeply the tool goes; its braking may be as written, or gain."""
@@ -506,6 +506,7 @@ def test_another_axis_leads_where_the_first_one_is_slower_or_quicker_than_simula
     np.testing.assert_allclose(many, model.seconds(moves), atol=1e-12)
 
 
+@pytest.mark.slow("slowest-60-32-names2")
 @pytest.mark.parametrize(
     ("law", "count", "seed", "names"),
     [

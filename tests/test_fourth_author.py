@@ -88,7 +88,7 @@ def written(folder, moves, arm, sim, accelerations):
     return read_recording(folder)
 
 
-@pytest.mark.slow("0.08-0.0-False", "0.08-0.05-False")
+@pytest.mark.slow("0.08-0.0-False", "0.08-0.05-False", "0.08-0.0-True", "0.08-0.05-True")
 @pytest.mark.parametrize("accelerations", [True, False])
 @pytest.mark.parametrize(("ramp", "settle"), [(0.08, 0.0), (0.0, 0.05), (0.08, 0.05)])
 def test_the_motion_of_a_pallet_whose_few_lines_are_alike_is_told_by_its_corners(
