@@ -123,7 +123,7 @@ def test_the_last_step_ends_when_the_closed_form_ends(program, model):
     assert sum(step.elapsed for step in steps) == pytest.approx(steps[-1].time)
 
 
-@pytest.mark.slow("short lines that cannot brake in one-linear")
+@pytest.mark.slow("short lines that cannot brake in one-linear", "dense splines-linear")
 @ANY_MODEL
 @ANY_NAME
 def test_a_simulator_that_is_late_and_one_that_is_early_see_the_same_motion(program, model):

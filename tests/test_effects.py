@@ -155,6 +155,15 @@ PROGRAMS = sorted(  # those of mistakes move no further than from one point to t
 )
 
 
+@pytest.mark.slow(
+    "samples/up20/APPR-1.JBI",
+    "samples/up20/APPR-2.JBI",
+    "samples/up20/APPR-3.JBI",
+    "samples/up20/DEPT-1.JBI",
+    "samples/up20/DEPT-2.JBI",
+    "samples/up20/DEPT-L.JBI",
+    "samples/up20/DOWN-2.JBI",
+)
 @pytest.mark.parametrize("path", PROGRAMS, ids=str)
 def test_no_lower_override_makes_a_way_from_stop_to_stop_faster(path):
     """Corners included: which part of one counts for which line shifts with the speed, what both take does not fall."""

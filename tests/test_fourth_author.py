@@ -25,6 +25,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_seed_makes_the_same_cases_and_olp_judges_their_moves(folder, tmp_path):
     generate(tmp_path, SEED, CASES)
     for k in range(CASES):

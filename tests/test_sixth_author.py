@@ -43,6 +43,7 @@ def closed(program, acceleration):
     return np.array(times)
 
 
+@pytest.mark.slow
 def test_a_seed_makes_the_same_cases_and_olp_judges_their_moves(tmp_path):
     for folder in ("one", "two"):
         generate(tmp_path / folder, SEED, CASES)
