@@ -26,6 +26,7 @@ from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from difflib import SequenceMatcher
 from enum import Enum
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -109,19 +110,30 @@ def finding_text(found: Diagnostic, path: str) -> str:
 
 def spelled(node: Any) -> str:
     """A statement, an expression or any other value of a program in one line of plain words."""
-    for kinds, spell in _SPELLINGS:
-        if isinstance(node, kinds):
-            return spell(node)
+    return _spelling(type(node))(node)
+
+
+@lru_cache(maxsize=1024)
+def _spelling(kind: type) -> Callable[[Any], str]:
+    return next((spell for kinds, spell in _SPELLINGS if issubclass(kind, kinds)), _other)
+
+
+def _other(node: Any) -> str:
     text = f"{type(node).__name__} {fields_of(node)}".rstrip()
     return text if hasattr(node, "line") else f"<{text}>"
 
 
+@lru_cache(maxsize=1024)
+def _defaults(kind: type[Any]) -> Mapping[str, Any]:
+    """The fields of a kind of node, each with its default; without one it has a value that no node has."""
+    if is_dataclass(kind):
+        return {one.name: one.default for one in fields(kind)}
+    return {name: kind._field_defaults.get(name, fields_of) for name in kind._fields}
+
+
 def fields_of(node: Any, but: Iterable[str] = ("line",)) -> str:
     """`name=value` of all fields that have not their default."""
-    if is_dataclass(node):
-        defaults = {one.name: one.default for one in fields(node)}
-    else:
-        defaults = {name: node._field_defaults.get(name, fields_of) for name in node._fields}
+    defaults = _defaults(type(node))
     given = ((name, getattr(node, name)) for name in defaults if name not in but)
     return " ".join(f"{name}={spelled(v)}" for name, v in given if not _is_default(v, defaults[name]))
 

@@ -276,12 +276,17 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
         found.append(node)
     elif kind is tuple:
         for e in node:
-            gather(e, found)
+            if type(e) in _LEAVES:
+                found.append(e)
+            else:
+                gather(e, found)
     elif kind not in _NUMBERED or not _is_written_out(kind, node):
         names = _FIELDS.get(kind)
         for name in _fields_of(kind) if names is None else names:
             part = getattr(node, name)
-            if part:  # neither None nor empty, as most fields of a move are
+            if type(part) in _LEAVES:
+                found.append(part)
+            elif part:  # neither None nor empty, as most fields of a move are
                 gather(part, found)
         if kind in EXPRESSIONS:
             found.append(node)
