@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 import pytest_lsp
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient
@@ -17,7 +19,10 @@ FOLDER = Path(__file__).parent.parent / "samples/inform/palletising"
 KRL = FOLDER.parent.parent / "krl"
 
 
-@pytest_lsp.fixture(config=ClientServerConfig([sys.executable, "-m", "olp", "lsp"]))
+ASYNC = pytest.mark.asyncio(loop_scope="module")
+
+
+@pytest_lsp.fixture(config=ClientServerConfig([sys.executable, "-m", "olp", "lsp"]), scope="module")
 async def client(lsp_client: LanguageClient):
     await lsp_client.initialize_session(
         types.InitializeParams(capabilities=types.ClientCapabilities(), root_uri=FOLDER.as_uri())
@@ -26,21 +31,36 @@ async def client(lsp_client: LanguageClient):
     await lsp_client.shutdown_session()
 
 
-def open_text(client: LanguageClient, path: Path, text: str | None = None, language: str = "inform") -> str:
-    item = types.TextDocumentItem(path.as_uri(), language, 1, path.read_text() if text is None else text)
-    client.text_document_did_open(types.DidOpenTextDocumentParams(item))
-    return path.as_uri()
+Show = Callable[..., str]
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def show(client: LanguageClient) -> AsyncIterator[Show]:
+    """Opens a file, `text` in place of its own, and answers with its address; behind the test it is closed."""
+    opened: list[str] = []
+
+    def show(path: Path, text: str | None = None, language: str = "inform") -> str:
+        item = types.TextDocumentItem(path.as_uri(), language, 1, path.read_text() if text is None else text)
+        client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+        opened.append(item.uri)
+        return item.uri
+
+    yield show
+    for uri in opened:
+        client.text_document_did_close(types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(uri)))
 
 
 async def ask(client: LanguageClient, method: str, **question: object) -> Any:
     return await client.protocol.send_request_async(method, question)
 
 
-@pytest.mark.asyncio
-async def test_the_view_draws_the_text_of_the_editor_and_names_the_files_of_its_segments(client) -> None:
+@ASYNC
+async def test_the_view_draws_the_text_of_the_editor_and_names_the_files_of_its_segments(
+    client, show: Show
+) -> None:
     text = (FOLDER / "PICK.JBI").read_text().replace("V=120.0", "V=60.0")
-    open_text(client, FOLDER / "PICK.JBI", text)
-    answer = await ask(client, "olp/view", uri=open_text(client, FOLDER / "MAIN.JBI"))
+    show(FOLDER / "PICK.JBI", text)
+    answer = await ask(client, "olp/view", uri=show(FOLDER / "MAIN.JBI"))
     files, data = answer.files, answer.data
     slow = [s for s, line in enumerate(data.line) if line == 23 and files[data.file[s]].endswith("/PICK.JBI")]
     assert len(slow) == 24
@@ -49,32 +69,32 @@ async def test_the_view_draws_the_text_of_the_editor_and_names_the_files_of_its_
     assert not hasattr(answer, "html")
 
 
-@pytest.mark.asyncio
-async def test_lists_of_data_belong_to_the_view_of_their_program(client) -> None:
-    answer = await ask(client, "olp/view", uri=open_text(client, KRL / "handling.src", language="krl"))
+@ASYNC
+async def test_lists_of_data_belong_to_the_view_of_their_program(client, show: Show) -> None:
+    answer = await ask(client, "olp/view", uri=show(KRL / "handling.src", language="krl"))
     names = [Path(uri).name for uri in answer.files]
     assert names[0] == "handling.src"
     assert "handling.dat" in names
 
 
-@pytest.mark.asyncio
-async def test_the_page_is_that_of_the_report_and_asks_for_nothing(client) -> None:
-    answer = await ask(client, "olp/view", uri=open_text(client, FOLDER / "PICK.JBI"), page=True)
+@ASYNC
+async def test_the_page_is_that_of_the_report_and_asks_for_nothing(client, show: Show) -> None:
+    answer = await ask(client, "olp/view", uri=show(FOLDER / "PICK.JBI"), page=True)
     assert "default-src 'none'" in answer.html
     assert '<body class="hosted"' in answer.html
     assert "https://" not in answer.html
 
 
-@pytest.mark.asyncio
-async def test_the_total_is_that_of_olp_time(client) -> None:
-    total = await ask(client, "olp/total", uri=open_text(client, FOLDER / "PICK.JBI"))
+@ASYNC
+async def test_the_total_is_that_of_olp_time(client, show: Show) -> None:
+    total = await ask(client, "olp/total", uri=show(FOLDER / "PICK.JBI"))
     assert total.total_s == pytest.approx(read(FOLDER / "PICK.JBI").plan().time()["duration_s"].sum())
     assert total.segments == []
 
 
-@pytest.mark.asyncio
-async def test_what_cannot_be_timed_is_no_picture_and_what_is_not_open_no_answer(client) -> None:
-    uri = open_text(client, FOLDER / "NEW.JBI", "nothing of a job\r\n")
+@ASYNC
+async def test_what_cannot_be_timed_is_no_picture_and_what_is_not_open_no_answer(client, show: Show) -> None:
+    uri = show(FOLDER / "NEW.JBI", "nothing of a job\r\n")
     broken = await ask(client, "olp/view", uri=uri, page=True)
     assert broken.data is None
     assert "cannot be timed" in broken.html
