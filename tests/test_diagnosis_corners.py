@@ -4,6 +4,7 @@ import itertools
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import diagnosis_cases as planted
@@ -749,6 +750,88 @@ def test_corners_at_which_a_simulation_stops_all_the_same_are_told_by_its_times(
     off = np.abs(case.base.duration() - case.simulated)
     assert off[~case.joint].max() < 2e-3
     assert np.array_equal(case.stop_end[~case.joint], stops[~joint])
+
+
+def averaged(made, time, clamp=np.inf):
+    """[s] at speeds that are averaged over a time: each move reaches its own, no higher than the clamp, spends half of
+    that time at each stop, and goes half of the arcs at its corners."""
+    unit = (made.end - made.start) / made.length[:, None]
+    half_turn = 0.5 * np.arccos(np.clip(np.sum(unit[:-1] * unit[1:], axis=1), -1, 1))
+    rounding = np.where(made.stop, 0.0, np.minimum(made.blend, 0.5 * shorter(made)))
+    spared = rounding * np.append(1.0 - half_turn / np.tan(half_turn), 0.0)
+    stops = made.stop.astype(float) + np.append(1.0, made.stop[:-1])
+    way = made.length - spared - np.append(0.0, spared[:-1])
+    return way / np.minimum(made.speed, clamp) + 0.5 * time * stops
+
+
+@pytest.mark.slow("False")
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_simulation_that_averages_its_speeds_passes_corners_without_a_ramp(passed, tmp_path):
+    """As FANUC's do; here it stops where lines turn back, too, and passes the ends of cycles or not."""
+    made, rng = programmed(moves=120)
+    last = np.arange(120) % 10 == 9
+    made.stop[last], made.blend[last] = False, 0.02
+    made.stop[-1] = True
+    unit = (made.end - made.start) / made.length[:, None]
+    back = np.append(np.arccos(np.sum(unit[:-1] * unit[1:], axis=1)) >= 2.4, False)
+    stops = made.stop | back | (last & (not passed))
+    simulated = replace(made, stop=stops)
+    sim, real = (averaged(simulated, 0.3, clamp) for clamp in (np.inf, 0.35))
+    plain = recorded(tmp_path, made, real, sim, rng, ("accel_mm_s2",))
+    plain = replace(plain, moves=replace(plain.moves, cycle=np.arange(120) // 10))
+    case = case_of(plain).case
+    assert case.base.law == "average"
+    assert np.abs(case.base.duration() - sim).max() < 1e-3
+    found = diagnose.diagnose_recording(plain).diagnosis
+    (finding,) = found.findings
+    assert (finding.term, found.verdict) == ("speed-clamp", "explained")
+    assert finding.parameters["clamp"].value == pytest.approx(0.35, rel=0.01)
+
+
+def with_jerk(made, jerk, slow=A):
+    """[s] through the arcs of "round" where accelerations build up at a jerk: corners' speeds forward and backward, and
+    the highest ones between, by bisection."""
+    unit = (made.end - made.start) / made.length[:, None]
+    half_turn = 0.5 * np.arccos(np.clip(np.sum(unit[:-1] * unit[1:], axis=1), -1, 1))
+    rounding = np.where(made.stop, 0.0, np.minimum(made.blend, 0.5 * shorter(made)))[:-1]
+    radius, spared = rounding / np.tan(half_turn), rounding - rounding * half_turn / np.tan(half_turn)
+    ways = made.length - np.append(spared, 0.0) - np.append(0.0, spared)
+    node = np.minimum(np.minimum(made.speed[:-1], made.speed[1:]), np.sqrt(slow * radius))
+    node = np.concatenate([[0.0], node, [0.0]])
+
+    def seconds(change):
+        reached = change * jerk >= slow**2
+        return change / slow + slow / jerk if reached else 2.0 * np.sqrt(max(change, 0.0) / jerk)
+
+    def covered(fast, *ends):
+        return sum(0.5 * (one + fast) * seconds(fast - one) for one in ends)
+
+    def highest(most, way, *ends):
+        low, high = max(ends), most
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if covered(middle, *ends) <= way else (low, middle)
+        return most if most <= max(ends) or covered(most, *ends) <= way else low
+
+    for k, way in enumerate(ways):
+        node[k + 1] = highest(node[k + 1], way, node[k])
+    for k, way in reversed(list(enumerate(ways))):
+        node[k] = highest(node[k], way, node[k + 1])
+    times = np.zeros(len(ways))
+    for k, (way, ends) in enumerate(zip(ways, pairwise(node), strict=True)):
+        fast = highest(made.speed[k], way, *ends)
+        times[k] = sum(seconds(fast - one) for one in ends) + (way - covered(fast, *ends)) / fast
+    return times
+
+
+def test_ramps_between_corners_build_up_their_acceleration_and_reach_less(tmp_path):
+    """A peak that constant accelerations reach left moves between corners 2 ms off on the mean, and up to 9 ms."""
+    made, rng = programmed(moves=120)
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.01, 0.02, 0.05], 120))
+    sim = with_jerk(made, A / 0.08)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng)).case
+    assert case.base.law == "round"
+    assert np.abs(case.base.duration() - sim).max() < 1e-3
 
 
 @pytest.mark.slow("in a region")

@@ -19,6 +19,7 @@ from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of, tool_ways
 from olp.identification.diagnosis.simulation_laws import (
     FEWEST,
+    GOLDEN,
     NO_RAMP,
     ONE_ACCELERATION,
     SOME_ROUNDING,
@@ -26,6 +27,7 @@ from olp.identification.diagnosis.simulation_laws import (
     SimulatedRamps,
     TurnLimits,
     as_long_as,
+    averaged_at_corners,
     cornered,
     golden_section,
     inferred,
@@ -571,9 +573,24 @@ def _simulated_ends(judged: _Judged) -> tuple[MoveEnds, _SimulatedMotion]:
     """Where moves end, and the motion behind the simulated durations. Whether the last moves of cycles go on into the
     next one, which nobody writes, and at which corners it stops, simulated durations tell, which have no scatter; else
     the ends that are judged."""
+    judged, made = _with_stops_at_corners(judged)
+    ends, other = judged.ends, judged.ends.other
+    if judged.times.own or other is None:
+        return ends, made
+    differ = ((ends.start != other.start) | (ends.end != other.end))[judged.rows]
+    sim = judged.times.duration[judged.rows]
+    if not differ.any() or (least := made.off_in(differ, sim)) < _CORNERS_RIGHT:
+        return ends, made
+    rounding, tried = _with_stops_at_corners(judged._replace(ends=other))
+    return (rounding.ends, tried) if tried.off_in(differ, sim) < _NEARER * least else (ends, made)
+
+
+def _with_stops_at_corners(judged: _Judged) -> tuple[_Judged, _SimulatedMotion]:
+    """What is judged, with the stops at rounded corners that the simulated durations tell, and the motion behind
+    these."""
     made = _base(judged)
     if judged.times.own:
-        return judged.ends, made
+        return judged, made
     for _ in range(_IN_TURN):  # without them, the law of the other corners tells more of them
         if (stops := _corners_not_rounded(judged, made.motion)) is None:
             break
@@ -581,15 +598,7 @@ def _simulated_ends(judged: _Judged) -> tuple[MoveEnds, _SimulatedMotion]:
         if (tried := _base(stopping)).everywhere >= made.everywhere:
             break
         judged, made = stopping, tried
-    ends, other = judged.ends, judged.ends.other
-    if other is None:
-        return ends, made
-    differ = ((ends.start != other.start) | (ends.end != other.end))[judged.rows]
-    sim = judged.times.duration[judged.rows]
-    if not differ.any() or (least := made.off_in(differ, sim)) < _CORNERS_RIGHT:
-        return ends, made
-    tried = _base(judged._replace(ends=other))
-    return (other, tried) if tried.off_in(differ, sim) < _NEARER * least else (ends, made)
+    return judged, made
 
 
 class _StopsAtCorners(NamedTuple):
@@ -664,16 +673,20 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         ends.end[rows],
         np.zeros(len(rows)) if pace.turn is None else pace.turn[rows],
     )
-    laws, everywhere = [SimulatedRamps()], False
+    likely, everywhere = [SimulatedRamps()], False
+    laws = likely
     if not times.own:
-        laws, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
-        laws = [_timed(law, simulated) for law in laws]
+        likely, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
+        laws = [_timed(law, simulated) for law in likely]
         simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
     whole = partial(_by_law, judged, simulated)
     best = whole(laws[0])
     if len(laws) > 1 and best.off > _CORNERS_RIGHT:
         other = min(map(whole, laws[1:]), key=lambda made: made.off)
         best = other if other.off < _NEARER * best.off else best
+    if best.off > _CORNERS_RIGHT and not times.own and (law := _averaging(likely[0], simulated)) is not None:
+        # Corners at which such a simulation stops, which its law tells, leave it far off at first.
+        best = min(best, whole(law), key=lambda made: made.everywhere)
     if best.off > _CORNERS_RIGHT and not times.own:
         known = whole(SimulatedRamps(), by_corners=True)
         best = known if known.off < _NEARER * best.off else best
@@ -719,10 +732,14 @@ def _built_up(
     tried = dict[float, float]()
 
     def off(build: float) -> float:
-        tried[build] = whole(law._replace(build=build), by_corners=True).off
+        if build not in tried:
+            tried[build] = whole(law._replace(build=build), by_corners=True).off
         return tried[build]
 
-    golden_section(off, _BUILT[0] * most, _BUILT[1] * most, _BUILT_STEPS)
+    low, high = _BUILT[0] * most, _BUILT[1] * most
+    if min(off(low + share * (high - low)) for share in GOLDEN) >= known.off:
+        return known
+    golden_section(off, low, high, _BUILT_STEPS)
     build = min(tried, key=tried.__getitem__)
     if tried[build] >= _NEAR_BUILT * known.off:
         return known
@@ -837,6 +854,15 @@ def _timed(law: SimulatedRamps, simulated: _SimulatedRows) -> SimulatedRamps:
     return law.with_timed_ramps(way, speed, law.stronger * np.where(np.isfinite(slow), slow, 1.0))
 
 
+def _averaging(law: SimulatedRamps, simulated: _SimulatedRows) -> SimulatedRamps | None:
+    """The law of lines as that of a controller which averages its speeds; None where lines have ramps of their own."""
+    here = simulated.plain
+    if not here.any() or not simulated.rounded.any():
+        return None
+    way, speed, slow = simulated.way[here], simulated.speed[here], simulated.slow[here]
+    return law.as_an_average(way, speed, law.stronger * np.where(np.isfinite(slow), slow, 1.0))
+
+
 class _SimulatedMotion(NamedTuple):
     """The motion behind simulated durations."""
 
@@ -875,6 +901,7 @@ def _by_law(
         stopping = joint & (start & end | (pace.axes is not None and pace.axes.tell(rows[joint])))
         turning = _ramps_of_axes(moves, rows, pace, sim, stopping)
     turning = turning or straight
+    turning = turning.averaging if straight.averaged else turning
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
     speed = np.where(lines, faster * speed, speed)
@@ -919,7 +946,8 @@ def _by_law(
         slow = _no_faster_than_the_tool_turns(simulated._replace(slow=across), limits).slow
         slow, shortest = _least_ramps(simulated, slow, straight, turning)
         whole = whole.with_(accelerate=slow, decelerate=slow, shortest=shortest)
-    found, more = _cornered(judged, simulated, whole, across, missing, np.where(joint, beside, 0.0))
+    beside = np.where(joint, beside, 0.0)
+    found, more = _cornered(judged, simulated, whole, across, missing, beside, straight.averaged > 0)
     simulated, stopped = simulated._replace(sim=simulated.sim - more), stopped + more
     off = np.abs(found.duration() - simulated.sim)
     at_lines, everywhere = (
@@ -965,6 +993,9 @@ def _least_ramps(
     helds = [law.weakened(simulated.way, simulated.speed, slow) for law, _ in kinds]
     all_held = [bool((held < slow)[some].all()) for held, (_, some) in zip(helds, kinds, strict=True)]
     for k, (law, some) in enumerate(kinds):
+        if law.averaged:
+            slow = np.where(some, simulated.speed / law.averaged, slow)
+            shortest = np.where(some, law.averaged, shortest)
         if not law.shortest or not some.any():
             continue
         other = kinds[1 - k][0].shortest
@@ -1035,7 +1066,13 @@ def _by_corners_of_lines(
 
 
 def _cornered(
-    judged: _Judged, simulated: _SimulatedRows, whole: Motion, across: Floats, missing: Mask, beside: Floats
+    judged: _Judged,
+    simulated: _SimulatedRows,
+    whole: Motion,
+    across: Floats,
+    missing: Mask,
+    beside: Floats,
+    averaged: bool,
 ) -> tuple[Motion, Floats]:
     """The motion with the law of corners that comes nearest to the simulated times, and (n,) [s] that joint moves take
     beside it. What no move between stops tells of joint moves whose accelerations are `missing` (n,), the law of the
@@ -1048,6 +1085,8 @@ def _cornered(
     whole = _opened(whole, moves, rows, ends, across)
     ramps = whole.lengthened().accelerate
     whole = whole.with_(corners=_corners(moves, pace, rows, ends.before, whole.speed, ramps))
+    if averaged:
+        return averaged_at_corners(whole, sim, ~unknown), np.zeros(len(rows))
     found, shared = cornered(whole, sim, ~unknown), _by_share_of_the_way(whole, pace, rows, ends.before)
     if shared is not None:
         found = nearer_at_corners(found, cornered(shared, sim, ~unknown), sim, ~unknown)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.physics._case import CornerPartners
-from olp.timing.physics._motion import ARCS, EACH, Motion
+from olp.timing.physics._motion import ARCS, AVERAGE, EACH, Motion
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,6 +42,7 @@ _RAMP_GRID, _RAMP_STEPS = 24, 14  # accelerations that are tried, and halvings' 
 _LAWS_REFINED = 4  # laws of corners that come nearest
 _LAWS_BESIDE = 2  # of them, with each kind of times beside the ramps
 _LOOKED_AT = 60  # moves by which they are compared
+GOLDEN = (0.382, 0.618)  # [1] of an interval: the first two places of a golden section
 _BISECTIONS = 40  # of the logarithm of an acceleration
 
 
@@ -61,6 +62,19 @@ def cornered(motion: Motion, sim: Floats, told: Mask) -> Motion:
             if off < least:
                 best, least = tried.with_(overlap=overlap), off
     return best if best.law == "stop" or least < digits else _at_its_reach(best, sim, rounded, least)
+
+
+def averaged_at_corners(motion: Motion, sim: Floats, told: Mask) -> Motion:
+    """`motion` of a controller that averages speeds, with overlap and reach from the simulated durations `sim` (n,) [s]
+    of the moves `told` (n,)."""
+    motion = motion.with_(law=AVERAGE, overlap=1.0)
+    rounded = told & ((motion.round_start > 0) | (motion.round_end > 0))
+    if not rounded.any():
+        return motion
+    laws = [motion.with_(reach=reach) for reach in _REACHES]
+    best = min(laws, key=lambda law: _off(law, sim, rounded))
+    overlap, _ = _nearest(best, sim, rounded)
+    return best.with_(overlap=overlap)
 
 
 def nearer_at_corners(one: Motion, other: Motion, sim: Floats, told: Mask) -> Motion:
@@ -179,7 +193,7 @@ def told_at_corners(motion: Motion, sim: Floats, start: Mask, end: Mask, written
 
 def golden_section(misfit: Callable[[float], float], low: float, high: float, steps: int) -> float:
     """Where a misfit between two places is least, by a golden section."""
-    one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
+    one, two = (low + share * (high - low) for share in GOLDEN)
     offs = [misfit(one), misfit(two)]
     for _ in range(steps):
         if offs[0] < offs[1]:
@@ -274,6 +288,7 @@ class SimulatedRamps(NamedTuple):
     filtered: float = 0.0  # [s] moving average that each ramp passes
     stop: float = 0.0  # [s] beside the motion, at every exact stop
     shortest: float = 0.0  # [s] that a ramp takes at least
+    averaged: float = 0.0  # [s] over which speeds are averaged that every move reaches
 
     @property
     def told(self) -> bool:
@@ -290,6 +305,7 @@ class SimulatedRamps(NamedTuple):
                 ("smooths speeds over", self.filtered),
                 ("takes at each stop", self.stop),
                 ("makes no ramp shorter than", self.shortest),
+                ("averages speeds over", self.averaged),
             )
             if time
         ]
@@ -311,6 +327,19 @@ class SimulatedRamps(NamedTuple):
         ramp = min(time, float(np.min(way / speed))) if self.stop else time
         return SimulatedRamps(stronger=self.stronger, stop=time - ramp, shortest=ramp)
 
+    def as_an_average(self, way: Floats, speed: Floats, slow: Floats) -> SimulatedRamps | None:
+        """The law of a controller that averages speeds, where accelerations `slow` (n,) [m/s²] take next to nothing
+        beside a time at stops; None where they do."""
+        if not self.stop or self.build or self.filtered:
+            return None
+        ramp = np.minimum(speed, np.sqrt(way * slow)) / slow
+        return SimulatedRamps(averaged=self.stop) if float(np.max(ramp)) <= NO_RAMP * self.stop else None
+
+    @property
+    def averaging(self) -> SimulatedRamps:
+        """The law of joint moves beside lines whose speeds are averaged: if all its ramps take one time, over that."""
+        return SimulatedRamps(averaged=self.stop + self.shortest) if self.shortest else self
+
     def weakened(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
         """(n,) [m/s²] accelerations with which no ramp between two stops is shorter than the shortest."""
         if not self.shortest:
@@ -320,6 +349,8 @@ class SimulatedRamps(NamedTuple):
 
     def seconds(self, way: Floats, speed: Floats, slow: Floats, jerk: float = math.inf) -> Floats:
         """(n,) [s] between two stops; accelerations build up at a `jerk` [m/s³] where one is given, else in a time."""
+        if self.averaged:
+            return np.asarray(way / speed + self.averaged)
         slow = self.weakened(way, speed, slow)
         if not self.build:
             beside = np.full(len(way), self.filtered)

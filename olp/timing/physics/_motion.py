@@ -11,7 +11,7 @@ and 3.4).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -23,6 +23,7 @@ from olp.core import compiled_loops
 
 Floats = NDArray[np.float64]
 
+_HALVINGS = 40  # of what a speed at or between corners may be
 _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a smaller relative step ends it
 
 
@@ -32,7 +33,9 @@ _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a 
 # controller that looks ahead, what ramps from and to √(κ a R) save, R = r cot(δ/2) of the arc that touches both moves
 # where they turn by δ, and no more than either move's speed; a is the planned acceleration, whatever the drives give;
 # the same on the arc's own way, which is shorter, by ramps that begin in its middle, or at its ends; or of the parabola
-# that touches both, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter and whose radius grows from there on.
+# that touches both, R = r cos²(δ/2)/sin(δ/2) at its peak, whose way is shorter, and whose radius grows from there on.
+# Or, where a controller averages its speeds: each move reaches its own, however short it is, goes half of the arcs at
+# its corners, and spends half of a ramp at each stop and a share 1 - κ of that at each corner.
 LAWS = (
     "stop",
     "braking",
@@ -46,7 +49,9 @@ LAWS = (
     "round",
     "circle",
     "parabola",
+    "average",
 )
+AVERAGE = "average"
 ARCS = ("arc", "round", "circle", "parabola")  # laws of a controller that looks ahead
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
 SHORTER = " shorter"  # behind a law: ramps overlap no longer than the shorter of both takes, each over its own rounding
@@ -195,7 +200,7 @@ class Motion:
 
     def lengthened(self) -> Motion:
         """The same durations between stops by accelerations alone: no ramp is shorter than the shortest."""
-        if not self._floored:
+        if not self._floored or self.law == AVERAGE:
             return self
         top = self.top()
         least = np.where(self.shortest > 0, top / np.maximum(self.shortest, 1e-9), np.inf)
@@ -252,12 +257,16 @@ class Motion:
     @property
     def _by_neighbours(self) -> bool:
         """Whether the time that a corner saves hangs on the ramps of its other move."""
+        if self.law == AVERAGE:
+            return False
         if self.law in ARCS or SHORTER in self.law:
             return self._rounded
         return self._rounded and self.law != "stop" and EACH not in self.law and self.split != 1.0
 
     def duration(self) -> Floats:
         """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""
+        if self.law == AVERAGE:
+            return self._averaged()
         if self._floored:
             return self.lengthened().duration()
         law, corners = self.law.removesuffix(SHORTER), self.corners
@@ -316,8 +325,7 @@ class Motion:
     def _through_arcs(self) -> Floats:
         """`duration` of moves that begin and end at the speeds of the arcs or parabolas at their corners.
 
-        Where acceleration takes time to build up, ramps from and to rest take as much longer as between stops, those
-        from and to a corner's speed by their own change of speed.
+        Behind a moving average, ramps from and to rest take as much longer as between stops.
         """
         corners, up, down = self._neighbours, self.accelerate, self.decelerate
         way = np.maximum(self.way, 1e-9)
@@ -349,22 +357,43 @@ class Motion:
             bends = after.seconds + before.seconds
         last = np.minimum(last, np.sqrt(first**2 + 2.0 * up * way))
         first = np.minimum(first, np.sqrt(last**2 + 2.0 * down * way))
+        if self._jerked:
+            last = _reached(first, last, way, up, self._jerks[0])
+            first = _reached(last, first, way, down, self._jerks[1])
         reached = np.sqrt((down * first**2 + up * last**2 + 2.0 * up * down * way) / (up + down))
         top = np.minimum(self.speed, reached)
+        if self._jerked:
+            top = _peak_between(first, last, top, way, (up, down), self._jerks)
         up, down = _above(up, self.leaving, first / top), _above(down, self.arriving, last / top)
-        ramps = 0.5 * ((top**2 - first**2) / up + (top**2 - last**2) / down)
-        travel = (top - first) / up + (top - last) / down + np.maximum(way - ramps, 0.0) / top
-        if self._jerked or self.filtered.any():
-            none = np.zeros(len(self.way))
-            bare = self.with_(jerk=none + np.inf, build=none, filtered=none)
+        if self._jerked:
+            jerks = self._jerks
+            ramps = _covered(first, top, up, jerks[0]) + _covered(last, top, down, jerks[1])
+            travel = _ramp_between(first, top, up, jerks[0]) + _ramp_between(last, top, down, jerks[1])
+        else:
+            ramps = 0.5 * ((top**2 - first**2) / up + (top**2 - last**2) / down)
+            travel = (top - first) / up + (top - last) / down
+        travel = travel + np.maximum(way - ramps, 0.0) / top
+        if self.filtered.any():
+            bare = self.with_(filtered=np.zeros(len(self.way)))
             rests = 0.5 * ((first == 0.0).astype(np.float64) + (last == 0.0))
             travel = travel + rests * (self._travel()[0] - bare._travel()[0])
-        if self._jerked:
-            for speed, slow, jerk in zip((first, last), (up, down), self._jerks, strict=True):
-                travel = travel + _longer_from(speed, top, slow, jerk)
         travel = np.where(self.way > 0, travel + bends, 0.0)
         whole = np.maximum(travel, self.least) + self.added
         return np.asarray(whole + self._delay(top) if self._waits else whole)
+
+    def _averaged(self) -> Floats:
+        """`duration` of moves whose speeds are averaged over what their ramps take."""
+        corners = self._neighbours
+        start = np.minimum(self.round_start, self.reach * corners.shorter_start)
+        end = np.minimum(self.round_end, self.reach * corners.shorter_end)
+        way = self.way - _arc(self.bend_start)[0] * start - _arc(self.bend_end)[0] * end
+        travel = np.maximum(way, 0.0) / self.speed
+        for ramp, rounding, jerk in zip(
+            (self.accelerate, self.decelerate), (start, end), self._jerks, strict=True
+        ):
+            left = np.where(rounding > 0, 1.0 - self.overlap, 1.0)
+            travel = travel + 0.5 * left * np.maximum(_ramp(self.speed, ramp, jerk), self.shortest)
+        return np.asarray(np.maximum(np.where(self.way > 0, travel, 0.0), self.least) + self.added)
 
     def _saved(self, top: Floats) -> Floats:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
@@ -541,6 +570,8 @@ class Motion:
 
     @cached_property
     def _highest(self) -> Floats:
+        if self.law == AVERAGE:
+            return self.speed
         way = np.maximum(self.way, 1e-9)
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         top = np.minimum(self.speed, np.sqrt(way / slow))
@@ -816,12 +847,57 @@ def _above(acceleration: Floats, at_rest: Floats, share: Floats) -> Floats:
     return acceleration * at_rest / np.maximum(1.0 + (at_rest - 1.0) * (1.0 + 2.0 * share), _LEAST_ABOVE)
 
 
-def _longer_from(speed: Floats, top: Floats, slow: Floats, jerk: Floats) -> Floats:
-    """(n,) [s] by which moves take longer with a ramp between a corner's `speed` and the `top` one (n,) [m/s] whose
-    acceleration builds up: it covers its mean speed for as long, which cruising does not."""
-    change = np.where(speed > 0, np.maximum(top - speed, 1e-12), 1e-12)
-    longer = _ramp(change, slow, jerk) - change / slow
-    return np.asarray(longer * change / (2.0 * np.maximum(top, 1e-9)))
+def _covered(low: Floats, high: Floats, slow: Floats, jerk: Floats) -> Floats:
+    """(n,) [m] of a ramp between two speeds (n,) [m/s]: at the mean of both."""
+    return np.asarray(0.5 * (low + high) * _ramp_between(low, high, slow, jerk))
+
+
+def _ramp_between(low: Floats, high: Floats, slow: Floats, jerk: Floats) -> Floats:
+    """Duration (n,) [s] of such a ramp."""
+    return _ramp(np.maximum(high - low, 1e-12), slow, jerk)
+
+
+def _reached(low: Floats, high: Floats, way: Floats, slow: Floats, jerk: Floats) -> Floats:
+    """(n,) [m/s] `high`, or the speed that a ramp from `low` (n,) [m/s] reaches over the way (n,) [m]."""
+    columns = np.broadcast_arrays(low, high, way, slow, jerk)
+    return _slowed(
+        lambda low, speed, way, slow, jerk: _covered(low, np.maximum(speed, low), slow, jerk) - way, *columns
+    )
+
+
+def _peak_between(
+    first: Floats,
+    last: Floats,
+    top: Floats,
+    way: Floats,
+    slow: tuple[Floats, Floats],
+    jerks: tuple[Floats, Floats],
+) -> Floats:
+    """(n,) [m/s] `top`, or the speed whose ramps, from the `first` and to the `last` (n,) [m/s], cover the way."""
+    low = np.maximum(first, last)
+    columns = np.broadcast_arrays(low, np.maximum(top, low), way, first, last, *slow, *jerks)
+
+    def over(_: Floats, speed: Floats, way: Floats, *ramps: Floats) -> Floats:
+        first, last, up, down, up_jerk, down_jerk = ramps
+        return _covered(first, speed, up, up_jerk) + _covered(last, speed, down, down_jerk) - way
+
+    return _slowed(over, *columns)
+
+
+def _slowed(over: Callable[..., Floats], low: Floats, high: Floats, *columns: Floats) -> Floats:
+    """`high`, or where `over` of `low`, `high` and the columns is more than 0 the value, from `low` on, at which it
+    is 0."""
+    above = over(low, high, *columns) > 0.0
+    found = high.copy()
+    if above.any():
+        low, *rest = (column[above] for column in (low, *columns))
+        under, beyond = low, high[above]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (under + beyond)
+            longer = over(low, middle, *rest) > 0.0
+            under, beyond = np.where(longer, under, middle), np.where(longer, middle, beyond)
+        found[above] = under
+    return found
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
