@@ -4774,3 +4774,97 @@ def test_a_value_of_the_controller_s_own_list_is_told_where_it_is_written(tmp_pa
         loss.line for loss in made.translated.losses if "PALLET is a variable of another file" in loss.says
     ]
     assert told == [3]
+
+
+# --- Texts and numbers, copies of frames --------------------------------------------
+
+
+def as_program(*rows):
+    return "\n".join([".PROGRAM part()", *(f"  {row}" for row in rows), ".END", ""])
+
+
+def val3_program(*rows):
+    head = '<?xml version="1.0"?><Programs><Program name="start"><Locals><Local name="n" type="num"/></Locals><Code>'
+    return "\n".join([f"{head}<![CDATA[begin", *rows, "end]]></Code></Program></Programs>"])
+
+
+def test_a_message_that_names_its_values_keeps_its_words():
+    text = val3_program('popUpMsg("at "+chr(n))', 'popUpMsg("of "+toString("5.2",n))')
+    assert {"MESSAGE[at <n>]", "MESSAGE[of <n>]"} <= {
+        row.partition(":")[2].strip(" ;") for row in translated(text, "val3", "tp").splitlines()
+    }
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_no_number_goes_into_a_text_and_no_text_into_a_number(target):
+    """A CHAR of KRL is both: `SET S000 0` loads nowhere, and `R[1]=SR[1]` reads the text as a number."""
+    rows = (
+        "DECL CHAR c[3]",
+        "DECL INT n",
+        "c[1]=0",
+        'c[2]="a"',
+        "n=c[2]",
+        "IF c[2]==97 THEN",
+        "HALT",
+        "ENDIF",
+    )
+    said = refused(krl(*rows), "krl", target)
+    assert {line: says.partition(": ")[2] for line, says in said.items()} == {
+        4: "numbers in a variable of texts: the target has a type for each",
+        6: "texts in a variable of numbers: the target has a type for each",
+        7: "texts compared with numbers",
+    }
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_a_frame_that_becomes_a_copy_of_the_controller_s_is_told(target):
+    rows = ("DECL FRAME f", "BASE_DATA[3]={X 100,Y 0,Z 0,A 0,B 0,C 0}", "f=BASE_DATA[3]", "f.X=f.X+1")
+    told = [
+        x for x in losses(krl(*rows), "krl", target) if "keeps its value: what is set is a copy" in x.says
+    ]
+    assert [(x.line, x.fate, x.says.partition(" of")[0]) for x in told] == [(3, Fate.APPROXIMATED, "frame 3")]
+
+
+def test_a_number_as_a_text_of_val3_is_one():
+    text = val3_program('popUpMsg("a "+toString("",n))', 'popUpMsg(toString(".3",n)+" mm")')
+    assert 'NumToStr(n,3) + " mm"' in translated(text, "val3", "rapid")
+    assert 'TPWrite "a "\\Num:=n' in translated(text, "val3", "rapid")
+
+
+@pytest.mark.parametrize(
+    ("text", "vendor"),
+    [
+        (val3_program('popUpMsg("of "+toString("5.2",n))'), "val3"),
+        (as_program('$a="of "+$SPACE(2)'), "as"),
+    ],
+)
+def test_the_text_of_a_function_that_is_called_goes_into_a_text(text, vendor):
+    """Its value came back in a number, which CAT$ does not take."""
+    text = translated(text, vendor, "inform")
+    assert re.search(r'CAT\$ S\d{3} "of " S\d{3}', text)
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "krl", "rapid"])
+def test_routines_whose_names_differ_in_case_alone_are_two(target):
+    """`foo(2)` handed its argument to `Foo`, "all exact"; a folder of jobs holds one of both files on many disks."""
+    rows = ("def Foo(q):", "  return q+1", "end", "def foo(q):", "  return q+2", "end", "x=Foo(1)+foo(2)")
+    rows += ("if (x == 6):", "  set_standard_digital_out(1, True)", "end")
+    plan = run_elsewhere(script(*rows), "urscript", target)
+    assert StepKind.SIGNAL in plan.kind
+    names = [file.casefold() for file in converted(script(*rows), "urscript", target).files]
+    assert len(set(names)) == len(names)
+
+
+def test_a_clock_is_compared_in_parentheses_in_tp():
+    """WAIT and IF without them take registers, signals and parameters (Lincoln's TP manual, figures 119 to 122)."""
+    rows = (
+        "$TIMER[1]=0",
+        "$TIMER_STOP[1]=FALSE",
+        "WAIT FOR $TIMER[1]>500",
+        "WHILE $TIMER[1]<1000",
+        "WAIT SEC 0.1",
+    )
+    text = translated(krl(*rows, "ENDWHILE"), "krl", "tp")
+    assert {"WAIT (TIMER[1]>0.5)", "IF (TIMER[1]>=1),JMP LBL[2]"} <= {
+        row.partition(":")[2].strip(" ;") for row in text.splitlines()
+    }

@@ -653,6 +653,8 @@ def _named_systems(program: st.Program, work: TranslationContext) -> st.Program:
     if not changing:
         return program
     names = {key: work.fresh(f"{system_words(key[0])}_{key[1]}") for key in sorted(changing)}
+    if work.limits.frame_numbers and work.source.vendor != work.target:
+        _tell_copies(program, work, names.keys())
     work.named_systems.update({given: at for (_, at), given in names.items()})
     for (group, at), given in names.items():
         work.names["tool" if group == "tool" else "frame", str(at)] = given
@@ -683,6 +685,19 @@ def _named_systems(program: st.Program, work: TranslationContext) -> st.Program:
     ]
     routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
     return replace(program, routines=routines, data=(*program.data, *declared))
+
+
+def _tell_copies(program: st.Program, work: TranslationContext, named: Set[Key]) -> None:
+    """Tells where the program sets tools and frames that become variables: other programs take the controller's."""
+    for r in program.routines:
+        for _, s in work.look(r).rare:
+            target: ex.Expression | None = s.target if isinstance(s, st.Assign) else None
+            while isinstance(target, ex.Member):
+                target = target.base
+            key = None if target is None else _set(target)
+            if key is not None and key in named:
+                says = f"{system_words(key[0])} {key[1]} of the controller keeps its value: what is set is a copy"
+                work.lose(s, Fate.APPROXIMATED, "scope", says)
 
 
 def _system(e: ex.Expression) -> ex.FrameRef | None:

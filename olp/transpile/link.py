@@ -84,6 +84,7 @@ def link(program: st.Program, to: str = "", others: Sequence[Path] = ()) -> Link
     jobs = Jobs(program, folder)
     plainly = to != program.vendor and program.vendor in vendor_names()
     if plainly:
+        program = _unlike_in_case(program)
         program = with_routines(program, (_spelled_out(r, program, jobs) for r in program.routines))
     if folder is None:
         return Linked(_as_called(program, plainly), (own,))
@@ -93,6 +94,43 @@ def link(program: st.Program, to: str = "", others: Sequence[Path] = ()) -> Link
     return joined.linked()
 
 
+def _unlike_in_case(program: st.Program) -> st.Program:
+    """The program with other names for routines whose names differ from others in case alone, which most languages read
+    as one.
+    """
+    names = [r.name for r in program.routines]
+    taken = {name.casefold() for name in names}
+    if len(taken) == len(names) or not find_vendor(program.vendor).case_sensitive:
+        return program
+    new: dict[str, str] = {}
+    seen: set[str] = set()
+    for name in names:
+        if name.casefold() in seen:
+            number = next(n for n in range(2, len(names) + 2) if f"{name}_{n}".casefold() not in taken)
+            new[name] = f"{name}_{number}"
+            taken.add(new[name].casefold())
+        seen.add(name.casefold())
+
+    def change(e: Expression) -> Expression:
+        return replace(e, routine=new[e.routine]) if type(e) is CallValue and e.routine in new else e
+
+    def called(s: st.Statement) -> st.Statement:
+        s = mapped(s, change)
+        return replace(s, routine=new[s.routine]) if isinstance(s, _CALLING) and s.routine in new else s
+
+    def apart(r: st.Routine) -> st.Routine:
+        r = replace(r, body=tuple(map(called, r.body)))
+        if r.name not in new:
+            return r
+        comment = " ".join(filter(None, (r.comment, f"{r.name} in the source")))
+        return replace(r, name=new[r.name], comment=comment)
+
+    return replace(
+        with_routines(program, map(apart, program.routines)), main=new.get(program.main, program.main)
+    )
+
+
+_CALLING: Final = (st.Call, st.StartTask)
 _MOVES_OR_WAITS: Final = (st.Call, st.Dwell, st.Move, st.PulseOutput, st.SetOutput, st.Wait)
 _WITHOUT_NAMES: Final = (
     st.Assign,

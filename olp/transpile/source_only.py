@@ -410,6 +410,12 @@ def _with_names(e: ex.Expression) -> str:
         return e.value
     if isinstance(e, ex.Function) and e.name == "joined-text":
         return "".join(map(_with_names, e.arguments))
+    if (
+        isinstance(e, ex.Binary)
+        and e.operator == "+"
+        and any(type(one) is ex.Text for one in expressions_of(e))
+    ):
+        return _with_names(e.left) + _with_names(e.right)
     if isinstance(e, ex.Function) and e.arguments:
         return _with_names(e.arguments[0])
     if isinstance(e, ex.Compare) and e.right == ex.SignalState(True):

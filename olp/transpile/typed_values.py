@@ -54,10 +54,10 @@ _NOTHING: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
 def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
-    """For a typed target: every value as what takes it wants it."""
+    """For a typed target: every value as what takes it wants it. Elsewhere no text becomes a number, or the reverse."""
     types = work.limits.value_types
     if types is None:
-        return program
+        return program if work.source.vendor == work.target else _texts_apart(program, work)
     if types.persistent_systems:
         program = _systems_in_the_module(_places_apart(program, work), work)
     own = _Typing(types, work.symbols(program), work)
@@ -67,6 +67,19 @@ def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
         routines.append(with_rare_rows(routine, work.look(routine), partial(own.statement, routine.name)))
     program = with_routines(program, routines)
     return replace(program, data=(*program.data, *own.unused.values())) if own.unused else program
+
+
+def _texts_apart(program: st.Program, work: TranslationContext) -> st.Program:
+    """Refuses what sets or compares a text with a number, which each language converts in its own way, if at all."""
+    own = _Typing(ValueTypes(signals_are_states=False), work.symbols(program), work)
+    for routine in program.routines:
+        for _, s in work.look(routine).rare:
+            says = own.unlike(routine.name, s) if isinstance(s, st.Assign) else ""
+            compared = (e for e in expressions_of(s) if isinstance(e, ex.Compare))
+            says = says or next(filter(None, (own.unlike_sides(routine.name, e) for e in compared)), "")
+            if "texts" in says:
+                work.lose(s, Fate.REFUSED, "statement", says)
+    return program
 
 
 def digital_states(program: st.Program, work: TranslationContext) -> st.Program:
@@ -182,10 +195,7 @@ class _Typing:
     def _assigned(self, routine: str, s: st.Assign | st.Return, wanted: str) -> list[st.Statement]:
         """A statement whose value is of the type `wanted`."""
         given = self._kind(routine, s.value)
-        takes = self._certain(routine, s.target) if isinstance(s, st.Assign) else wanted
-        sure = "list" if isinstance(s.value, ex.RecordLiteral) else self._certain(routine, s.value)
-        if _differ(takes, sure):
-            says = f"{_FAMILIES[sure]} in a variable of {_FAMILIES[takes]}: the target has a type for each"
+        if says := self.unlike(routine, s, wanted):
             self.work.lose(s, Fate.REFUSED, "statement", says)
             return [s]
         if wanted == given or not wanted or not given or s.value is None:
@@ -206,6 +216,18 @@ class _Typing:
             says = "joint values and a pose in one variable: the target has a type for each"
             self.work.lose(s, Fate.REFUSED, "statement", says)
         return [s]
+
+    def unlike(self, routine: str, s: st.Assign | st.Return, wanted: str = "") -> str:
+        """What is wrong with a value of another family than what takes it, of the type `wanted` where that returns."""
+        takes = self._certain(routine, s.target) if isinstance(s, st.Assign) else wanted
+        sure = "list" if isinstance(s.value, ex.RecordLiteral) else self._certain(routine, s.value)
+        if not _differ(takes, sure):
+            return ""
+        return f"{_FAMILIES[sure]} in a variable of {_FAMILIES[takes]}: the target has a type for each"
+
+    def unlike_sides(self, routine: str, e: ex.Compare) -> str:
+        left, right = self._certain(routine, e.left), self._certain(routine, e.right)
+        return _compared_families(left, right) if _differ(left, right) else ""
 
     def _certain(self, routine: str, e: ex.Expression | None) -> str:
         """As `kind_of_value`, "" where that takes a type for granted: of members, system values, most functions."""
@@ -254,8 +276,7 @@ class _Typing:
             if "positions" in families or ("texts" in families and not isinstance(e, ex.Binary)):
                 return f"the operator {word} on {'positions' if 'positions' in families else 'texts'}"
         if isinstance(e, ex.Compare):
-            left, right = self._certain(routine, e.left), self._certain(routine, e.right)
-            return _compared_families(left, right) if _differ(left, right) else ""
+            return self.unlike_sides(routine, e)
         if isinstance(e, ex.CallValue):
             return self._hands_others(routine, e)
         return ""

@@ -17,6 +17,20 @@ _MARK: Final = re.compile(
 )
 
 
+_TEXT_FUNCTIONS = (
+    "$chr",
+    "$date",
+    "$decode",
+    "$encode",
+    "$error",
+    "$left",
+    "$mid",
+    "$right",
+    "$space",
+    "$time",
+)
+
+
 class As(Vendor):
     """Kawasaki AS. Lengths mm, angles deg, turns O A T = Rz Ry Rz, speeds % or mm/s; all converted while reading."""
 
@@ -33,6 +47,7 @@ class As(Vendor):
         clocks_run=True,
         data_set_elsewhere=True,
         name_signs={"#": "joints", "$": "string"},
+        result_types=dict.fromkeys(_TEXT_FUNCTIONS, "string"),
         move_options=MoveOptions(manner=frozenset({"hmove"})),
         assumed_codes=frozenset({"P588", "P589"}),
     )

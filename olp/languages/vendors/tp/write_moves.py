@@ -212,9 +212,14 @@ class TpValues(Generator):
         return super().spell_compare(e)
 
     def condition(self, e: ex.Expression, strength: int = 0) -> str:
-        """Plain where it compares a single value with another and binds no stronger, else in parentheses."""
+        """Plain where it compares a single value with another and binds no stronger, else in parentheses.
+
+        Clocks are compared in parentheses alone.
+        """
         single = isinstance(e, ex.Compare) and type(e.left) in self.singles and type(e.right) in self.singles
         if isinstance(e, ex.Compare) and single and not isinstance(e.left, (ex.Number, ex.SignalState)):
+            if not self.own and ex.SystemValue in (type(e.left), type(e.right)):
+                return f"({self.value(e)})"
             text = self.value(e)
             return f"({text})" if strength else text
         return f"({self.operand(e, 0)})"

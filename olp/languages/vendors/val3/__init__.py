@@ -8,7 +8,7 @@ from typing import Final
 from olp.core.source import Source
 from olp.ir.program import Program
 from olp.languages.vendor import Conventions, Vendor, statements
-from olp.languages.vendors.val3.known_functions import FILLING, MEMBER_TYPES, REPLACEABLE
+from olp.languages.vendors.val3.known_functions import FILLING, MEMBER_TYPES, REPLACEABLE, RESULT_TYPES
 
 _MARK: Final = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
 
@@ -33,6 +33,7 @@ class Val3(Vendor):
         member_types=MEMBER_TYPES,
         replaceable_routines=REPLACEABLE,
         filling_words=FILLING,
+        result_types=RESULT_TYPES,
     )
     comment_prefix = "//"
     trailing_comment_prefix = " //"

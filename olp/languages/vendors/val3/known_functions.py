@@ -71,6 +71,14 @@ _TEXT_REPLACEABLE: Final = """
     setTextMode sioCtrl sioGet sioLink sioSet title toBinary toNum toString userPage encode decode
 """
 REPLACEABLE: Final = frozenset(name.casefold() for name in _TEXT_REPLACEABLE.split())
+# What their values are, where no number: a variable for one of them is of this type.
+_TEXT_RESULTS: Final = "getDate getVersion left libPath mid replace right toString"
+_STATE_RESULTS: Final = "isKeyPressed libExist"
+RESULT_TYPES: Final[Mapping[str, str]] = {
+    name.casefold(): type_
+    for type_, names in (("string", _TEXT_RESULTS), ("boolean", _STATE_RESULTS))
+    for name in names.split()
+}
 # Which arguments they give values.
 FILLING: Final[Mapping[str, tuple[int, ...]]] = {
     **dict.fromkeys(

@@ -329,6 +329,7 @@ _SET_SIGNAL: Final = re.compile(r"(?:^\s*(?=\w+(?:\[0\])?\s*=(?!=))|\b[ad]ioSet\
 _SET_SPEED: Final = re.compile(
     r"\b(\w+)(?:\[[^\][]{0,80}\])?(?:\.tmax)?\s*=(?!=)"
 )  # a descriptor, or its bound
+_DECIMALS: Final = re.compile(r"(?:\.(\d))?")  # the form of toString
 _FULL_SPEED: Final = 1.0  # [m/s] of 100 % along a path, as no program says how fast its arm is
 _PATHS: Final = {"movej": st.Path.JOINT, "movel": st.Path.LINEAR, "movec": st.Path.CIRCULAR}
 _FUNCTIONS: Final = {
@@ -352,6 +353,11 @@ _POSE_FUNCTIONS: Final = frozenset(
 def _of_text(name: str, arguments: tuple[ex.Expression, ...]) -> ex.Expression | None:
     """A function of texts, whose characters are counted from 0."""
     one = ex.Number(1)
+    if name == "toString" and len(arguments) == 2 and isinstance(arguments[0], ex.Text):
+        # Of the form ".3" the decimals; one with a width fills up with blanks, which no other language does.
+        form = _DECIMALS.fullmatch(arguments[0].value)
+        decimals = (ex.Number(int(form[1])),) if form and form[1] else ()
+        return None if form is None else ex.Function("text-of-value", (arguments[1], *decimals))
     if name == "chr" and len(arguments) == 1:
         return ex.Function("character-of-code", arguments)
     if name == "left" and len(arguments) == 2:
