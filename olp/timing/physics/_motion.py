@@ -11,7 +11,7 @@ and 3.4).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from olp.core import compiled_loops
 
 Floats = NDArray[np.float64]
 
-_HALVINGS = 40  # of what a speed at or between corners may be
+_HALVINGS = 26  # of what the highest speed between two corners may be: to 1e-8 m/s
 _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a smaller relative step ends it
 
 
@@ -859,10 +859,20 @@ def _ramp_between(low: Floats, high: Floats, slow: Floats, jerk: Floats) -> Floa
 
 def _reached(low: Floats, high: Floats, way: Floats, slow: Floats, jerk: Floats) -> Floats:
     """(n,) [m/s] `high`, or the speed that a ramp from `low` (n,) [m/s] reaches over the way (n,) [m]."""
-    columns = np.broadcast_arrays(low, high, way, slow, jerk)
-    return _slowed(
-        lambda low, speed, way, slow, jerk: _covered(low, np.maximum(speed, low), slow, jerk) - way, *columns
-    )
+    low, high, way, slow, jerk = np.broadcast_arrays(low, high, way, slow, jerk)
+    beyond = _covered(low, np.maximum(high, low), slow, jerk) > way
+    if not beyond.any():
+        return high
+    # In closed form where the ramp reaches its acceleration, h²/2a + b h/2 = rest with b = a/j; else by d = h - l from
+    # s³ + 2 l s = way √j with s = √d (Cardano).
+    build = slow / jerk
+    square, rest = 0.5 * slow * build, low**2 - low * slow * build + 2.0 * slow * way
+    reached = np.sqrt(np.maximum(square**2 + rest, 0.0)) - square
+    half, third = 0.5 * way * np.sqrt(jerk), 2.0 / 3.0 * low
+    root = np.cbrt(half + np.sqrt(half**2 + third**3))
+    short = low + (root - third / np.maximum(root, 1e-12)) ** 2
+    full = (reached - low) * jerk >= slow**2
+    return np.where(beyond, np.where(full, reached, short), high)
 
 
 def _peak_between(
@@ -873,30 +883,37 @@ def _peak_between(
     slow: tuple[Floats, Floats],
     jerks: tuple[Floats, Floats],
 ) -> Floats:
-    """(n,) [m/s] `top`, or the speed whose ramps, from the `first` and to the `last` (n,) [m/s], cover the way."""
-    low = np.maximum(first, last)
-    columns = np.broadcast_arrays(low, np.maximum(top, low), way, first, last, *slow, *jerks)
+    """(n,) [m/s] `top`, or the speed whose ramps, from the `first` and to the `last` (n,) [m/s], cover the way: where
+    both reach their accelerations in closed form, else by bisection."""
+    columns = np.broadcast_arrays(first, last, top, way, *slow, *jerks)
+    first, last, top, way = columns[:4]
+    top = np.maximum(top, np.maximum(first, last))
 
-    def over(_: Floats, speed: Floats, way: Floats, *ramps: Floats) -> Floats:
-        first, last, up, down, up_jerk, down_jerk = ramps
+    def over(speed: Floats, first: Floats, last: Floats, way: Floats, *ramps: Floats) -> Floats:
+        up, down, up_jerk, down_jerk = ramps
         return _covered(first, speed, up, up_jerk) + _covered(last, speed, down, down_jerk) - way
 
-    return _slowed(over, *columns)
-
-
-def _slowed(over: Callable[..., Floats], low: Floats, high: Floats, *columns: Floats) -> Floats:
-    """`high`, or where `over` of `low`, `high` and the columns is more than 0 the value, from `low` on, at which it
-    is 0."""
-    above = over(low, high, *columns) > 0.0
-    found = high.copy()
-    if above.any():
-        low, *rest = (column[above] for column in (low, *columns))
-        under, beyond = low, high[above]
+    beyond = over(top, first, last, way, *columns[4:]) > 0.0
+    if not beyond.any():
+        return top
+    first, last, way, up, down, up_jerk, down_jerk = (
+        column[beyond] for column in (first, last, way, *columns[4:])
+    )
+    build, brake = up / up_jerk, down / down_jerk
+    square, line = 0.5 / up + 0.5 / down, 0.5 * (build + brake)
+    rest = way + 0.5 * (first**2 / up + last**2 / down - first * build - last * brake)
+    speed = (np.sqrt(np.maximum(line**2 + 4.0 * square * rest, 0.0)) - line) / (2.0 * square)
+    bent = (speed - first < up * build) | (speed - last < down * brake)
+    if bent.any():
+        own = tuple(column[bent] for column in (first, last, way, up, down, up_jerk, down_jerk))
+        low, high = np.maximum(own[0], own[1]), top[beyond][bent]
         for _ in range(_HALVINGS):
-            middle = 0.5 * (under + beyond)
-            longer = over(low, middle, *rest) > 0.0
-            under, beyond = np.where(longer, under, middle), np.where(longer, middle, beyond)
-        found[above] = under
+            middle = 0.5 * (low + high)
+            longer = over(middle, *own) > 0.0
+            low, high = np.where(longer, low, middle), np.where(longer, middle, high)
+        speed[bent] = low
+    found = top.copy()
+    found[beyond] = speed
     return found
 
 
