@@ -306,6 +306,19 @@ def test_between_corners_a_ramp_whose_acceleration_builds_up_takes_longer_by_its
     assert motion.duration() == pytest.approx(took + left / 0.8)
 
 
+def test_of_moves_of_which_some_build_up_accelerations_the_others_are_as_without():
+    """In the same array: without a build-up the jerk is infinite, also over no way and between equal speeds."""
+    way = np.array([3.0, 0.05, 0.02, 0.002, 0.05, 0.02, 0.002])
+    builds = np.array([0.04, 0.04, 0.5, 0.04, 0.0, 0.0, 0.0])
+    one = np.ones(len(way))
+    zero, rounds = 0.0 * one, 0.001 * one
+    plain = Motion(way, 0.8 * one, one, one, np.inf * one, rounds, rounds, zero, zero, one, law="arc")
+    plain = plain.with_(open_start=40.0 * one, open_end=45.0 * one)
+    took = plain.with_(build=builds).duration()
+    assert took[builds == 0] == pytest.approx(plain.duration()[builds == 0], abs=1e-9)
+    assert (took[:3] > plain.duration()[:3]).all()
+
+
 def averaged(speed, slow, average, pieces=2000):
     """Times before the stop [s] and what is left then [m] of braking whose speed passes a moving average, in steps."""
     step = average / pieces

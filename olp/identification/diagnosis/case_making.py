@@ -901,7 +901,6 @@ def _by_law(
         stopping = joint & (start & end | (pace.axes is not None and pace.axes.tell(rows[joint])))
         turning = _ramps_of_axes(moves, rows, pace, sim, stopping)
     turning = turning or straight
-    turning = turning.averaging if straight.averaged else turning
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
     speed = np.where(lines, faster * speed, speed)

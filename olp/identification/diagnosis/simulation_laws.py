@@ -335,11 +335,6 @@ class SimulatedRamps(NamedTuple):
         ramp = np.minimum(speed, np.sqrt(way * slow)) / slow
         return SimulatedRamps(averaged=self.stop) if float(np.max(ramp)) <= NO_RAMP * self.stop else None
 
-    @property
-    def averaging(self) -> SimulatedRamps:
-        """The law of joint moves beside lines whose speeds are averaged: if all its ramps take one time, over that."""
-        return SimulatedRamps(averaged=self.stop + self.shortest) if self.shortest else self
-
     def weakened(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
         """(n,) [m/s²] accelerations with which no ramp between two stops is shorter than the shortest."""
         if not self.shortest:

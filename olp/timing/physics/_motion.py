@@ -868,10 +868,10 @@ def _reached(low: Floats, high: Floats, way: Floats, slow: Floats, jerk: Floats)
     build = slow / jerk
     square, rest = 0.5 * slow * build, low**2 - low * slow * build + 2.0 * slow * way
     reached = np.sqrt(np.maximum(square**2 + rest, 0.0)) - square
-    half, third = 0.5 * way * np.sqrt(jerk), 2.0 / 3.0 * low
+    half, third = 0.5 * way * np.sqrt(np.where(np.isfinite(jerk), jerk, 0.0)), 2.0 / 3.0 * low
     root = np.cbrt(half + np.sqrt(half**2 + third**3))
     short = low + (root - third / np.maximum(root, 1e-12)) ** 2
-    full = (reached - low) * jerk >= slow**2
+    full = reached - low >= slow * build
     return np.where(beyond, np.where(full, reached, short), high)
 
 
