@@ -752,6 +752,56 @@ def test_corners_at_which_a_simulation_stops_all_the_same_are_told_by_its_times(
     assert np.array_equal(case.stop_end[~case.joint], stops[~joint])
 
 
+def by_slides(made, weak):
+    """[m/s²] that the tool's acceleration and those of the slides, `weak` (3,) times it, let each move have."""
+    shares = np.abs(made.end - made.start) / made.length[:, None]
+    return A * np.minimum(1.0, (np.array(weak) / shares).min(axis=1))
+
+
+@pytest.mark.parametrize("law", ["stop", "build", "jerk"])
+def test_slides_of_a_gantry_have_accelerations_of_their_own_beside_a_time_that_all_moves_take(law, tmp_path):
+    """Nobody wrote them, and the time was in none: each move had an acceleration of its own, and a `speed-clamp` or a
+    wait had a second name or none."""
+    made, rng = programmed(moves=160)
+    made.stop[:], made.blend[:] = True, 0.0
+    slow = by_slides(made, (0.8 if law == "stop" else 2.0, 2.0, 0.7))
+    build = {"stop": 0.0, "build": 0.08, "jerk": slow * 0.08 / A}[law]
+    sim = driven(made, slow) + 0.08 if law == "stop" else built_up(made, build, slow)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng, ("accel_mm_s2",))).case
+    assert law == "jerk" or case.base.accelerate == pytest.approx(slow, rel=0.02)
+    assert np.abs(case.base.duration() - sim).max() < 1e-3
+
+
+def test_slides_of_a_gantry_are_told_by_lines_between_stops_where_corners_are_rounded(tmp_path):
+    """All lines had the acceleration of most, and were 19 ms off in the mean. At corners between slow and quick moves
+    a few are still 10 ms off."""
+    made, rng = programmed(moves=160)
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02], 160))
+    slow = by_slides(made, (0.5, 2.0, 0.7))
+    sim = through_arcs(made, slow, law="round") + 0.06 * made.stop
+    case = case_of(recorded(tmp_path, made, sim, sim, rng, ("accel_mm_s2",))).case
+    assert case.base.accelerate == pytest.approx(slow, rel=1e-3)
+    off = np.abs(case.base.duration() - sim)
+    assert np.median(off) < 1e-6
+    assert off.mean() < 2e-3
+
+
+@pytest.mark.parametrize("law", ["round", "parabola"])
+def test_a_simulation_whose_corners_begin_at_a_share_of_what_is_written_is_told(law, tmp_path):
+    """Its lines were 3 ms off in the mean, and up to 32: `blending` had a second name beside it."""
+    made, rng = programmed(moves=120)
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.01, 0.02, 0.05], 120))
+    sim, real = (through_arcs(replace(made, blend=size * made.blend), law=law) for size in (0.4, 1.0))
+    making = case_of(recorded(tmp_path, made, sim, sim, rng))
+    assert np.abs(making.case.base.duration() - sim).mean() < 2e-4
+    assert (
+        sum("rounds corners by 40." in note or "rounds corners by 39.9" in note for note in making.notes) == 1
+    )
+    (finding,) = diagnosed(made, real, sim, rng).findings
+    assert finding.term == "blending"
+    assert finding.parameters["size"].value == pytest.approx(2.5, rel=0.02)
+
+
 def averaged(made, time, clamp=np.inf):
     """[s] at speeds that are averaged over a time: each move reaches its own, no higher than the clamp, spends half of
     that time at each stop, and goes half of the arcs at its corners."""

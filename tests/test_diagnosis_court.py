@@ -1209,6 +1209,19 @@ def test_where_one_line_waits_none_of_its_moves_tells_of_the_arm(tmp_path):
     assert set(terms["external-wait"].moves) <= set((np.flatnonzero(there) + 1).tolist())
 
 
+def test_waits_at_one_line_are_seen_although_a_name_made_up_for_a_part_of_each(tmp_path):
+    """All moves of the line carry a load: beside what that load was given, some were early and some late."""
+    rng = np.random.default_rng(14)
+    line = np.arange(COUNT) % 12 + 1
+    there = line == 5
+    waits = there & (rng.random(COUNT) < 0.8)
+    real = plain(14) + rng.normal(0.0, 0.02, COUNT) + np.where(waits, rng.uniform(0.2, 1.4, COUNT), 0.0)
+    more = {"job": ["PICK"] * COUNT, "line": line.tolist(), "payload_kg": np.where(there, 5.0, 0.0).tolist()}
+    found = diagnose_recording(record(tmp_path / "r", real, 14, more)).diagnosis
+    assert (found.verdict, [finding.term for finding in found.findings]) == ("explained", ["external-wait"])
+    assert set(found.findings[0].moves) >= set((np.flatnonzero(waits) + 1).tolist())
+
+
 @pytest.mark.parametrize(("late", "verdict"), [((20,), "explained"), ((20, 21, 22, 23), "partly-explained")])
 def test_beside_a_name_one_move_that_is_far_off_is_told_and_leaves_it(late, verdict, tmp_path):
     """A recorder missed one stamp: that left all other moves "not explained"."""

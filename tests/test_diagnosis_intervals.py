@@ -434,7 +434,7 @@ def test_drives_have_some_to_spare_where_the_controllers_shortest_ramp_holds_all
     speed = np.array([0.05, fast, 1.0, 2.0])
     joint = np.array([False, False, True, True])
     way, slow, yes = np.full(4, 3.0), np.array([2.0, 2.0, 90.0, 90.0]), np.ones(4, bool)
-    rows = _SimulatedRows(way, speed, slow, way, yes, yes, yes, joint, yes, np.zeros(4))
+    rows = _SimulatedRows(way, speed, slow, way, yes, yes, yes, joint, yes, np.zeros(4), np.zeros((4, 3)))
     found, shortest = _least_ramps(
         rows, slow, SimulatedRamps(shortest=of_lines), SimulatedRamps(shortest=0.1)
     )

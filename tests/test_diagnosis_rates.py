@@ -313,6 +313,25 @@ def joint_times(turned, share, together, heavy=1.0):
     return np.where(paces**2 < ramps, 1 / paces + paces / ramps, 2 / np.sqrt(ramps)).max(axis=1)
 
 
+def test_an_axis_whose_highest_speed_no_move_reaches_is_taken_to_reach_it_in_the_others_time():
+    """It had none, so nothing that goes by the share of rated speeds, as `torque-speed` does, acted on its moves."""
+    rng = np.random.default_rng(3)
+    turned = np.where(
+        rng.integers(4, size=120)[:, None] == np.arange(4), rng.uniform(0.5, 3.0, (120, 1)), 0.01
+    )
+    share, ramps = rng.choice([0.3, 0.6, 1.0], 120), SPEEDS / 0.4
+    led = turned[:, 3] > 0.1
+    turned[led, 3], share[led] = rng.uniform(0.1, 0.3, int(led.sum())), 1.0
+    paces, slow = (share[:, None] * SPEEDS / turned).min(axis=1), (ramps / turned).min(axis=1)
+    sim = np.where(paces**2 < slow, 1 / paces + paces / slow, 2 / np.sqrt(slow))
+    found = limits_from_times(turned, share, np.ones(120), sim, np.ones(120, bool))
+    speeds, likely = found.likely_speeds
+    assert likely.tolist() == [False, False, False, True]
+    np.testing.assert_allclose(speeds, SPEEDS, rtol=1e-3)
+    alone = found._replace(speeds=np.where([True, False, False, False], SPEEDS, np.inf))
+    assert not alone.likely_speeds[1].any()
+
+
 @pytest.mark.parametrize("together", [True, False])
 def test_the_limits_of_all_axes_are_read_off_simulated_joint_moves(together):
     rng = np.random.default_rng(3)

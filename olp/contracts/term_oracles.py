@@ -643,7 +643,8 @@ def cycle_quantisation(case: MeasuredMoves, form: Form, values: Array) -> Column
 
 def blending(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """The law of the corners by its name, and its numbers in the order of the parameters; a simulation that stops at
-    them takes there what it takes at stops, which is saved as well. As planned: what it saves in the simulation."""
+    them takes there what it takes at stops, which is saved as well. As planned: what it saves in the simulation.
+    Resized: the simulation's law, at corners of another size."""
     given = dict(zip((p.name for p in form.parameters), values.tolist(), strict=True))
     if form.key.endswith(", as planned"):
         own = form._replace(key=form.key.removesuffix(", as planned"))
@@ -652,6 +653,9 @@ def blending(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         }
         stops, saved = (case.base.with_(**how).duration() for how in ({"law": "stop"}, law))
         return {"law": np.array("stop"), "added": case.base.added - (stops - saved)}
+    if form.key.endswith(", resized"):
+        start, end = (given["size"] * rounding for rounding in (case.base.round_start, case.base.round_end))
+        return {"round_start": start, "round_end": end}
     at_corners = case.moving & (case.base.round_end > 0) & (case.base.law == "stop")
     return {
         "added": np.where(at_corners, 0.0, case.base.added),

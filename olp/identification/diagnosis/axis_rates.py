@@ -844,6 +844,18 @@ class AxisLimits(NamedTuple):
         """(n,) moves that take longer than these limits say: a corner makes one shorter, never longer."""
         return np.asarray(self.off < -_OFF)
 
+    @property
+    def likely_speeds(self) -> tuple[Floats, Mask]:
+        """(k,) [rad/s] `speeds`, and (k,) where they are none of these: an axis whose highest speed no move reaches is
+        taken to reach it in the time that the others take, inf where nothing tells that."""
+        shown = self.speeds < _SHOWN
+        ramps = np.where(self.accelerations < _SHOWN, self.accelerations, np.inf)
+        both = shown & np.isfinite(ramps)
+        if both.sum() < 2 or not (likely := ~shown & np.isfinite(ramps)).any():
+            return self.speeds, np.zeros(len(shown), dtype=bool)
+        time = float(np.median(self.speeds[both] / ramps[both]))
+        return np.where(likely, time * ramps, self.speeds), likely
+
     def tell(self, some: NDArray[np.int64]) -> bool:
         """Whether they tell the times of `some` moves, by their rows: those at rounded corners then stop there."""
         return bool(len(some) and (np.abs(self.off[some]) < _OFF).all())
@@ -868,6 +880,7 @@ _NO_LIMIT, _NEEDED = (
     20.0,
     1e-3,
 )  # logarithm of a limit that is none, and sum of shares of times that needs one
+_SHOWN = 0.5 * math.exp(_NO_LIMIT)  # [rad/s | rad/s²] a limit that is larger is none
 _STARTS = (
     (1.02, 1.3),
     (1.2, 1.3),
@@ -877,12 +890,13 @@ _STARTS = (
 
 
 def limits_from_times(
-    turned: Floats, share: Floats, ramps: Floats, sim: Floats, stops: Mask
+    turned: Floats, share: Floats, ramps: Floats, sim: Floats, stops: Mask, together: bool = False
 ) -> AxisLimits | None:
     """The axes' limits that give joint moves their simulated times `sim` (n,) [s]; None where none do.
 
     `turned` (n, k) [rad] without sign; `share`, `ramps` (n,) [1] of the rated speeds and accelerations. In one law all
-    limits hold at once for the synchronous axes, in the other the slowest axis takes its own time. Where neither fits,
+    limits hold at once for the synchronous axes, in the other, which is not tried for axes that go `together`, the
+    slowest axis takes its own time. Where neither fits,
     a time beside the ramps may be in all of them: a moving average, or what a stop takes; or accelerations build up in
     such a time, of which slow moves spend a part, with or without a time at stops; or no ramp is shorter. Moves between
     two exact `stops` (n,) tell them: how long a rounded move takes hangs on its corners, too. All moves do only where
@@ -890,13 +904,13 @@ def limits_from_times(
     """
     moving = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
     plain = moving & stops
-    found = _limits_told_by(plain, moving, turned, share, ramps, sim)
+    found = _limits_told_by(plain, moving, turned, share, ramps, sim, together)
     if (
         found is None
         or found.confirmed.sum() < _OF_ALL * moving.sum()
         or _rounds_nothing(found, moving & ~plain)
     ):
-        found = _limits_told_by(moving, moving, turned, share, ramps, sim)
+        found = _limits_told_by(moving, moving, turned, share, ramps, sim, together)
     return found
 
 
@@ -907,7 +921,7 @@ def _rounds_nothing(found: AxisLimits, others: Mask) -> bool:
 
 
 def _limits_told_by(
-    told: Mask, moving: Mask, turned: Floats, share: Floats, ramps: Floats, sim: Floats
+    told: Mask, moving: Mask, turned: Floats, share: Floats, ramps: Floats, sim: Floats, together: bool
 ) -> AxisLimits | None:
     """The limits behind the times of the moves `told`, and what they say of all that are `moving`."""
     if told.sum() < _ENOUGH_MOVES:
@@ -929,7 +943,9 @@ def _limits_told_by(
     )[1]
     for times, builds, least_ramp in _TIMES_BESIDE:
         plainer = best
-        for law in (AxisLaw(True, builds, least_ramp), AxisLaw(False, builds, least_ramp)):
+        for law in (
+            AxisLaw(at_once, builds, least_ramp) for at_once in ((True,) if together else (True, False))
+        ):
             for start in _STARTS:
                 logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), [np.log(_BESIDE)] * times)
                 found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], law)

@@ -31,8 +31,10 @@ from olp.identification.diagnosis.simulation_laws import (
     cornered,
     golden_section,
     inferred,
+    last_digit,
     limited,
     nearer_at_corners,
+    of_their_own,
     ramps_beside,
     ramps_by_corners,
     ramps_of,
@@ -47,7 +49,7 @@ from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, Re
 from olp.runtime.folder import DEFAULT_ZONES
 from olp.timing.accelerations import MotionLimits, constant_axes
 from olp.timing.physics._case import CornerPartners, MeasuredMoves, Rivals
-from olp.timing.physics._motion import Motion, MoveCorners
+from olp.timing.physics._motion import ARCS, Motion, MoveCorners
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
@@ -94,6 +96,11 @@ _BUILT_UP = (
 )
 _ONE_TIME = 0.02  # of a time: times of lines and joint moves that differ by no more are one
 _SPARE = 8.0  # times what its ramp takes, of a drive that the controller's shortest ramp leaves idle
+_PLACES = 5  # decimals of metres in which ways are alike
+_ODD_LINES = 0.1  # of the lines may have a time that the limits of slides do not tell
+_ASKED_OF_SLIDES = 0.5  # [1] of the tool's acceleration, the least that a slide has
+_SLIDES = ((2,), (0,), (1,), (0, 2), (1, 2), (0, 1))  # that may be weaker; often the lifting one is
+_SIZES, _SIZE_STEPS = (0.2, 0.35, 0.5, 0.7, 1.4, 2.0, 2.8), 16  # [1] of a written rounding, to begin with
 _STEADY = 6  # lines between stops that differ and do not turn the tool: fewer are no law
 _REACHED = 1.2  # times the speed at which an acceleration that builds up is reached, as far as it is known
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
@@ -268,7 +275,14 @@ def _case(
     simulated = base.duration() if judged is None else judged.duration[rows]
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     if rates is not None and rates.rated is None and pace.axes is not None:
-        rates = replace(rates, rated=pace.axes.speeds, rated_acceleration=pace.axes.accelerations)
+        rated, likely = pace.axes.likely_speeds
+        rates = replace(rates, rated=rated, rated_acceleration=pace.axes.accelerations)
+        if likely.any():
+            axes = phrasing.listed([rates.names[axis] for axis in np.flatnonzero(likely).tolist()])
+            notes.append(
+                f"no simulated joint move reaches the highest speed of {axes}: taken to be reached in the time that "
+                "the other axes take for theirs"
+            )
     notes.extend(told)
     case = MeasuredMoves(
         move=moves.move[rows],
@@ -672,10 +686,15 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         moves.kind[rows] == JOINT,
         ends.end[rows],
         np.zeros(len(rows)) if pace.turn is None else pace.turn[rows],
+        _headings(moves)[rows],
     )
     likely, everywhere = [SimulatedRamps()], False
     laws = likely
-    if not times.own:
+    if not times.own and (slides := _slides_of(simulated)) is not None:
+        law, slow = slides
+        simulated = simulated._replace(slow=np.where(simulated.lines, slow, simulated.slow))
+        likely = laws = [law]
+    elif not times.own:
         likely, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
         laws = [_timed(law, simulated) for law in likely]
         simulated = simulated._replace(waits=simulated.end | (everywhere & simulated.lines))
@@ -703,6 +722,8 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         tried += [whole(law, turning=law) for law in laws if not simulated.plain.any()]
         other = min(tried, key=lambda made: made.everywhere, default=best)
         best = other if other.everywhere < _NEARER * best.everywhere else best
+    if best.everywhere > _CORNERS_RIGHT and not times.own and best.motion.law in ARCS:
+        best = _resized(judged, simulated, best)
     if everywhere and pace.axes is None and best.straight.told and simulated.joint.any():
         joint, leading = simulated.joint, pace.leading[rows]
         stopping = simulated._replace(waits=simulated.waits | joint)
@@ -770,6 +791,29 @@ def _turned_at_corners(
     return best
 
 
+def _resized(judged: _Judged, simulated: _SimulatedRows, best: _SimulatedMotion) -> _SimulatedMotion:
+    """The motion of a simulation whose corners begin at a share of the rounding that is written, or the `best` where
+    none comes clearly nearer."""
+    tried = dict[float, _SimulatedMotion]()
+
+    def off(log_size: float) -> float:
+        if log_size not in tried:
+            resized = judged._replace(blend=math.exp(log_size) * judged.blend)
+            tried[log_size] = _by_law(resized, simulated, best.straight, turning=best.turning)
+        return tried[log_size].everywhere
+
+    logs = [math.log(size) for size in _SIZES]
+    nearest = min(range(len(logs)), key=lambda k: off(logs[k]))
+    if off(logs[nearest]) >= _NEARER_IN_TURN * best.everywhere:
+        return best
+    golden_section(off, logs[max(nearest - 1, 0)], logs[min(nearest + 1, len(logs) - 1)], _SIZE_STEPS)
+    size = min(tried, key=off)
+    if tried[size].everywhere >= _NEARER * best.everywhere:
+        return best
+    says = f"the simulation rounds corners by {math.exp(size):.1%} of what is written: findings are relative to that"
+    return tried[size]._replace(notes=(*tried[size].notes, says))
+
+
 def _beside_rated(simulated: _SimulatedRows, pace: _Pace, rows: Rows) -> SimulatedRamps:
     """A time beside the ramps of joint moves between stops, where these have a robot's accelerations but for that."""
     plain = simulated.joint & simulated.start & simulated.end
@@ -793,6 +837,7 @@ class _SimulatedRows(NamedTuple):
     joint: Mask
     waits: Mask  # for what a stop takes: at exact stops, and at rounded corners of a simulation that knows of none
     turn: Floats  # [rad] by which lines turn the tool, 0 where that is not known
+    heading: Floats  # (n, 3) [1] of a line's way along each axis of the frame, nan where that is not known
 
     @property
     def lines(self) -> Mask:
@@ -822,9 +867,40 @@ class _SimulatedRows(NamedTuple):
         return np.asarray(some & np.all([one <= np.median(one[some]) for one in asked], axis=0))
 
     @property
+    def beside_slides(self) -> list[Mask]:
+        """Lines between stops that go along one axis of the frame, or along two, by no more than half of their way:
+        those that a slide of a gantry with an acceleration of its own leaves alone, if it has half of the tool's."""
+        across = np.nan_to_num(self.heading, nan=1.0) <= _ASKED_OF_SLIDES
+        return [self.plain & across[:, axes].all(axis=1) for axes in _SLIDES]
+
+    @property
     def rounded(self) -> Mask:
         """Other lines."""
         return np.asarray(self.lines & ~self.plain)
+
+
+def _slides_of(simulated: _SimulatedRows) -> tuple[SimulatedRamps, Floats] | None:
+    """The law of the ramps of lines and the accelerations (n,) [m/s²] of each, where slides of a gantry limit them: the
+    least of the tool's and of what each axis of the frame lets, as lines between stops tell; None where accelerations
+    are written, or no slide limits any."""
+    way, speed, slow, sim = simulated[:4]
+    told = (
+        simulated.steady & (way > 0) & np.isfinite(simulated.heading).all(axis=1) & np.isfinite(sim + speed)
+    )
+    if told.sum() < FEWEST or np.isfinite(slow[simulated.lines]).any():
+        return None
+    shares = np.column_stack([np.ones(len(way)), np.nan_to_num(simulated.heading)])
+    each = np.round(np.column_stack([shares * way[:, None], speed])[told], _PLACES)
+    rows = np.flatnonzero(told)[np.unique(each, axis=0, return_index=True)[1]]  # moves that are alike are one
+    ones = np.ones(len(rows))
+    turned = (shares * way[:, None])[rows]
+    found = limits_from_times(turned, speed[rows], ones, sim[rows], ones > 0, together=True)
+    if found is None or not np.isfinite(found.accelerations[1:]).any():
+        return None
+    law = SimulatedRamps(build=found.built, stop=found.beside, shortest=found.shortest)
+    slow = (found.accelerations / np.maximum(shares, 1e-9)).min(axis=1)
+    off = of_their_own(way[rows], speed[rows], sim[rows] - law.stop, slow[rows], law, last_digit(sim[rows]))
+    return (law, slow) if off.mean() < _ODD_LINES else None
 
 
 def _laws_of_lines(
@@ -833,16 +909,15 @@ def _laws_of_lines(
     """What the ramps of lines may be, the likeliest first, and whether the simulation stops at every corner. Then all
     moves tell it, else those between stops, and corners, rounded by `round_start` and `round_end` (n,) [m], tell which
     it is."""
-    asked = (simulated.lines, simulated.steady, simulated.calm)
-    found = (
-        ramps_that_fit(simulated.way, simulated.speed, simulated.slow, simulated.sim, some) for some in asked
-    )
+    way, speed, slow, sim = simulated[:4]
+    asked = [simulated.lines, simulated.steady, simulated.calm]
+    asked += simulated.beside_slides if not np.isfinite(slow[simulated.lines]).any() else []
+    found = (ramps_that_fit(way, speed, slow, sim, some) for some in asked)
     everywhere, laws = next(((k == 0, some) for k, some in enumerate(found) if some), (False, []))
     if laws and laws[0].told:
         return laws, everywhere
     starts = np.where(simulated.start, 0.0, round_start)
     rounded = np.stack([starts, np.where(simulated.end, 0.0, round_end)], axis=1)
-    way, speed, slow, sim = simulated[:4]
     more = ramps_by_corners(way, speed, slow, sim, simulated.plain, simulated.lines, rounded)
     return [*(laws or [SimulatedRamps()]), *more], everywhere
 
@@ -893,8 +968,9 @@ def _by_law(
     by lines that are as fast as `above` [m/s]. `limits`: of the tool's turn in lines, else those that lines between
     stops tell."""
     moves, rows, pace, times, ends, blend, _ = judged
-    _, speed, _, sim, start, end, moving, joint, waits, _ = simulated
+    _, speed, _, sim, start, end, moving, joint, waits, *_ = simulated
     plain, lines = simulated.plain, simulated.lines
+    unwritten = plain & ~np.isfinite(simulated.slow) & straight.told & (not times.own)
     faster, stronger, slow, notes = _as_tuned(simulated, straight, by_corners)
     stopping = joint & start & end
     if turning is None and not times.own and (pace.axes is not None or plain.sum() < FEWEST):
@@ -913,7 +989,7 @@ def _by_law(
     if limits is not None:
         notes.append(limits.says)
     turned = _no_faster_than_the_tool_turns(simulated, limits)
-    slow = _accelerations(judged, turned, missing, straight, turning)
+    slow = _accelerations(judged, turned, missing, unwritten, straight, turning)
     # Limits of the turn are none of corners.
     across = np.where(turned.slow < simulated.slow, simulated.slow, slow)
     simulated, speed = turned, turned.speed
@@ -1032,16 +1108,20 @@ def _accelerations(
     judged: _Judged,
     simulated: _SimulatedRows,
     missing: Mask,
+    unwritten: Mask,
     straight: SimulatedRamps,
     turning: SimulatedRamps,
 ) -> Floats:
     """(n,) [m/s² | rad/s²] with which lines and joint moves, by the laws of their ramps, take the simulated times; the
-    known ones but where these are `missing` (n,) or the simulation is slower than they are."""
+    known ones but where these are `missing` (n,) or the simulation is slower than they are. Lines between stops whose
+    accelerations are `unwritten` (n,) have the one that their law tells, or their own: slides of a gantry differ."""
     way, speed, slow, sim, start, end, _, joint, *_ = simulated
     slow, plain = slow.copy(), start & end
     read = joint & plain & (judged.pace.axes is not None)
+    digit = last_digit(judged.times.duration[judged.rows])
     for kind, law, asked in ((joint, turning, read), (~joint, straight, simulated.plain)):
         here = kind & (missing | limited(way, speed, sim, slow, asked, law))
+        here |= kind & unwritten & of_their_own(way, speed, sim, slow, law, digit)
         if here.any():
             leading = judged.pace.leading[judged.rows][here]
             columns = way[here], speed[here], sim[here], plain[here]
@@ -1416,6 +1496,13 @@ def _turn(moves: RecordedMoves) -> Floats:
         trace = np.einsum("nij,nij->n", one, two)
         angle[known] = np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
     return angle
+
+
+def _headings(moves: RecordedMoves) -> Floats:
+    """(n, 3) [1] the size of each move's direction along the axes of the frame; nan where its points are not known."""
+    way = np.abs(moves.end - moves.start)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(way / np.linalg.norm(way, axis=1)[:, None])
 
 
 def _corner(moves: RecordedMoves) -> Floats:

@@ -39,6 +39,7 @@ from olp.identification.diagnosis.search import (
     NARROW,
     TELLING,
     PartShelf,
+    doubts,
     in_its_place,
     price,
     search,
@@ -128,9 +129,8 @@ def chosen(
 
 def worth(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
     """By how much the larger set is better in BIC; values that physics does not expect count against a set."""
-    doubts = [sum(p.term.doubt(p.form, p.values) for p in fitted.model.parts) for fitted in (fewer, more)]
-    told = [rounded_bic(fitted, case, noise) for fitted in (fewer, more)]
-    return told[0] + doubts[0] - told[1] - doubts[1]
+    told = [rounded_bic(fitted, case, noise) + doubts(fitted.model) for fitted in (fewer, more)]
+    return told[0] - told[1]
 
 
 def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) -> bool:
@@ -190,7 +190,7 @@ def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
     makes them, say nothing of it and are left out.
     """
     off = np.minimum(np.abs(without), np.abs(with_it))
-    alone = off > _CLIP * 1.4826 * max(float(np.median(np.abs(with_it))), floor)
+    alone = off > _CLIP * max(1.4826 * float(np.median(np.abs(with_it))), floor)
     late, early = int((with_it[alone] > 0).sum()), int((with_it[alone] < 0).sum())
     scattered = min(late, early) >= _BOTH_SIDES * max(late, early) and late + early <= _OUTLIERS * len(off)
     if alone.any() and (late + early < FEWEST_FAR or scattered):
@@ -509,7 +509,8 @@ def selection(
     """Search and fit without each fold, predict it.
 
     The `named` terms of all moves are one candidate: a narrow search may not come to them, and the moves that are seen
-    choose another where they tell it from these. Names beyond these have to hold on folds of the moves that are seen.
+    choose another where they tell it from these. That physics does not expect their values is no such sign: all moves
+    made up for it. Names beyond these have to hold on folds of the moves that are seen.
     `before`: what the searches in the same folds came to, where they were made for other names.
     """
     predicted, sets, held_back = np.full(len(case), np.nan), list[frozenset[str]](), 0
@@ -524,11 +525,12 @@ def selection(
         known = fit_anew(named, train, noise, 10)
         found = (before[turn] if before else None) or found_in(train, noise, shelf.take(seen))
         searched.append(found)
-        if price(found) < price(known) - ALIKE:
+        asked = price(known) - doubts(known.model) - ALIKE
+        if price(found) < asked:
             found = _held_against(
                 found, known.labels, train, noise, Folds(folds.by, folds.labels[seen]), shelf
             )
-        best = found if price(found) < price(known) - ALIKE else known
+        best = found if price(found) < asked else known
         predicted[held], beyond = foreseen(best, train, test, noise)
         held_back += int(beyond.sum())
         sets.append(frozenset(best.names))

@@ -123,9 +123,12 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
 
 
 def _set_apart(known: ModelFit, case: MeasuredMoves, noise: Noise, whole: PartShelf) -> tuple[Mask, ModelFit]:
-    """(n,) the moves that wait beside what is `known` without conditions, and what the others tell; none where a name
-    under a condition explains all moves at a lower price: each would make up for some of what the other does."""
+    """(n,) the moves that wait beside what is `known` without conditions, or beside nothing where a name made up for a
+    part of their waits, and what the others tell; none where a name under a condition explains all moves at a lower
+    price: each would make up for some of what the other does."""
     late, best = _waits(known, case, noise), _found(case, noise, whole, known)
+    if not late.any():
+        late = _waits(fit(DurationModel(), case, noise), case, noise)
     if late.any():
         clean, shelf = _without(late, case, whole)
         apart = _found(clean, noise, shelf)

@@ -93,9 +93,13 @@ def shelf_of(case: MeasuredMoves, terms: Iterable[MoveTerm]) -> PartShelf:
 def price(fitted: ModelFit) -> float:
     """BIC and the price of the names; what sets are ranked by. The axes of one term are one name."""
     parts = fitted.model.parts
-    doubts = sum(part.term.doubt(part.form, part.values) for part in parts)
-    whole = fitted.bic + PRICE * len({part.term.name for part in parts}) + doubts
+    whole = fitted.bic + PRICE * len({part.term.name for part in parts}) + doubts(fitted.model)
     return round(whole, _DIGITS)  # of two that are equal but for where their fits stopped, the first
+
+
+def doubts(model: DurationModel) -> float:
+    """In BIC, against values that physics does not expect."""
+    return sum(part.term.doubt(part.form, part.values) for part in model.parts)
 
 
 def cheaper(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, asked: float) -> ModelFit:

@@ -265,6 +265,7 @@ def _offs(motion: Motion, overlaps: Sequence[float], sim: Floats, rounded: NDArr
 _CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
 _SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
+_PLACED = 2e-5  # [m] that the digits of both of its places may add to a way
 _ON_GRID = 1e-3  # of a recorder's resolution
 _ODD = 0.1  # of the moves that an axis leads: more of them show that it has no single acceleration
 _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
@@ -398,6 +399,17 @@ def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask, 
         said = law._replace(stop=0.0).seconds(way, speed, slow)
         off = plain & (sim > said * (1.0 + _ALIKE))
     return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
+
+
+def of_their_own(
+    way: Floats, speed: Floats, sim: Floats, slow: Floats, law: SimulatedRamps, digit: float
+) -> Mask:
+    """(n,) moves between stops whose simulated time, by the law, is not that of an acceleration `slow` (n,) [m/s²], nor
+    is but for the digits of places and the last `digit` [s] of times."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        said = law._replace(stop=0.0).seconds(way, speed, slow)
+        digits = np.maximum(max(_SIM_DIGITS, digit), _PLACED / speed)
+        return np.asarray(np.abs(sim - said) > digits)
 
 
 class TurnLimits(NamedTuple):

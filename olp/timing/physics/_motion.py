@@ -334,8 +334,8 @@ class Motion:
         open_start, open_end = self.overlap * self.open_start, self.overlap * self.open_end
         bends, cut = np.zeros(len(way)), np.asarray(1.0)
         shorter_start = shorter_end = bends
-        if self.law in _CURVES:
-            curve = _CURVES[self.law]
+        if self.law in CURVES:
+            curve = CURVES[self.law]
             (shorter_start, flat_start), (shorter_end, flat_end) = map(
                 curve, (self.bend_start, self.bend_end)
             )
@@ -781,7 +781,7 @@ def _arc(bend: Floats) -> tuple[Floats, Floats]:
     return np.asarray(np.maximum(1.0 - half / np.tan(half), 0.0)), np.ones(len(bend))
 
 
-_CURVES = {"round": _arc, "circle": _arc, "parabola": _parabola}  # that are shorter than both lines
+CURVES = {"round": _arc, "circle": _arc, "parabola": _parabola}  # that are shorter than both lines
 
 
 class _Bend(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import ARCS, EACH, SHORTER, Motion
+from olp.timing.physics._motion import ARCS, CURVES, EACH, SHORTER, Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _EQUATIONS = {
@@ -51,10 +51,17 @@ _STOPS = (
 _UNKNOWN = 1e-6  # [m] a rounding that nobody tells the size of
 _CUT = ", cut"  # behind the key of a form: how much of the shorter move may be rounded is fitted too
 _SHARE = ", as a share"  # behind the key of a form: a rounding is a share of the way, as controllers' of joint moves
+_RESIZED = (
+    ", resized"  # behind the key of a form: the simulation's law of corners, which begin farther or nearer
+)
 _PLANNED = ", as planned"  # behind the key of a form: the simulation's ramps overlap, whatever the robot's do
 _FEWEST = 4  # such corners
 _SPLITS = (1.0, 0.5, 0.0)
 _PORTIONS = (0.5, 2.0)  # [1/m] that a search for such a share begins with
+_SIZE = TermParameter(
+    "size", "1", 0.1, 6.0, 1.0, True, "of the rounding at which corners begin, over the simulation's"
+)
+_SIZES = (0.4, 2.5)  # that a search begins with
 _OVERLAPS = {"full": (0.5,), "fixed": (0.1,), "flight": (0.5,), "share": (0.5,)} | {
     law + SHORTER: (0.5,) for law in ("full", "share")
 }
@@ -95,6 +102,7 @@ class Blending(MoveTerm):
             *(Form(law + _SHARE, (_amount(law), split, portion), _EQUATIONS[law]) for law in parted),
             *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
             *(Form(law, (_amount(law),), _EQUATIONS[law]) for law in arcs),
+            *(Form(law + _RESIZED, (_SIZE,), r"r = \kappa r_0") for law in CURVES if law == case.base.law),
             *(Form(law + _PLANNED, (_amount(law), split), _EQUATIONS[law + _PLANNED]) for law in planned),
             *(
                 Form(law + _SHARE + _PLANNED, (_amount(law), split, portion), _EQUATIONS[law + _PLANNED])
@@ -106,6 +114,8 @@ class Blending(MoveTerm):
         return "" if self.forms(case) else "moves with rounded ends (blend_mm or pl)"
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
+        if form.key.endswith(_RESIZED):
+            return np.array([[size] for size in _SIZES])
         overlaps = _OVERLAPS.get(_law(form), (0.05, 0.5, 1.0))
         if len(form.parameters) == 1:
             return np.array([[overlap] for overlap in overlaps])
@@ -116,6 +126,9 @@ class Blending(MoveTerm):
         )
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
+        if form.key.endswith(_RESIZED):
+            start, end = values[0] * motion.round_start, values[0] * motion.round_end
+            return motion.with_(round_start=start, round_end=end)
         overlap, split, third = (*values.tolist(), *(0.5, 0.5)[len(values) - 1 :])[:3]
         last = {"portion": third, "reach": 0.5} if _SHARE in form.key else {"reach": third, "portion": 0.0}
         how = {"law": _law(form), "overlap": overlap, "split": split, **last}
@@ -127,6 +140,8 @@ class Blending(MoveTerm):
         return motion.with_(law="stop", added=motion.added - saved)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
+        if form.key.endswith(_RESIZED):
+            return f"rounded corners begin at {values[0]:.0%} of the way ahead at which the simulation's do"
         law = _law(form).removesuffix(EACH)
         if values[0] < (0.0005 if law == "fixed" else 0.02):
             return "rounded corners save no time: they take as long as exact stops"
@@ -165,7 +180,7 @@ def _at_corners(case: MeasuredMoves) -> tuple[Floats, Floats]:
 
 def _law(form: Form) -> str:
     """Name of a form's law in `Motion`."""
-    return form.key.removesuffix(_PLANNED).removesuffix(_CUT).removesuffix(_SHARE)
+    return form.key.removesuffix(_PLANNED).removesuffix(_CUT).removesuffix(_SHARE).removesuffix(_RESIZED)
 
 
 def _turning(case: MeasuredMoves) -> int:
