@@ -1209,6 +1209,23 @@ def test_where_one_line_waits_none_of_its_moves_tells_of_the_arm(tmp_path):
     assert set(terms["external-wait"].moves) <= set((np.flatnonzero(there) + 1).tolist())
 
 
+@pytest.mark.parametrize("dry", [True, False])
+def test_a_planner_that_runs_dry_behind_short_moves_makes_none_of_them_wait(dry, tmp_path):
+    """It lacks the next move, the more the less the one before took: twelve moves were waits, "partly explained"."""
+    _, _, way, speed = program(15)
+    rng = np.random.default_rng(15)
+    took = travel(way, speed, ACCELERATION)
+    before = np.append(np.median(took), took[:-1])
+    late = 0.4 * np.maximum(np.quantile(before, 0.15) - before, 0.0) + 0.03 * (
+        before < np.quantile(before, 0.15)
+    )
+    late = late if dry else rng.permutation(late)
+    real = took + late + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 15)).diagnosis
+    assert ("external-wait" in {finding.term for finding in found.findings}) != dry
+    assert (found.verdict == "explained") != dry
+
+
 def test_waits_at_one_line_are_seen_although_a_name_made_up_for_a_part_of_each(tmp_path):
     """All moves of the line carry a load: beside what that load was given, some were early and some late."""
     rng = np.random.default_rng(14)

@@ -359,11 +359,12 @@ def _as_many_by_chance(late: Mask, inside: Mask) -> float:
 
 
 def _of_the_motion(case: MeasuredMoves) -> tuple[Floats, ...]:
-    """(n,) each: what a move is like."""
+    """(n,) each: what a move is like, and how long the one before it takes: a planner that runs dry is no wait."""
+    before = np.where(case.follows, np.roll(case.simulated, 1), np.median(case.simulated))
     turned = np.nan_to_num(case.turn) / np.maximum(case.base.way, 1e-6)
     reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
     loads = (case.payload, case.payload_inertia)
-    return (case.rise, case.base.way, case.base.speed, case.turn, turned, *loads, *reaches)
+    return (case.rise, case.base.way, case.base.speed, case.turn, turned, before, *loads, *reaches)
 
 
 def _with_the_motion(
