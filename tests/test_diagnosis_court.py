@@ -1209,6 +1209,18 @@ def test_where_one_line_waits_none_of_its_moves_tells_of_the_arm(tmp_path):
     assert set(terms["external-wait"].moves) <= set((np.flatnonzero(there) + 1).tolist())
 
 
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_one_move_that_is_far_off_hides_no_shared_time_stamps(seed, tmp_path):
+    """Its echo among the next moves, or what it did to their correlation, was a pattern: "partly explained"."""
+    _, _, way, speed = program(seed)
+    rng = np.random.default_rng(seed)
+    real = travel(way, speed, 0.7 * ACCELERATION) + np.diff(rng.normal(0.0, 0.01, COUNT + 1))
+    real[50] += 0.25
+    found = diagnose_recording(record(tmp_path / "r", real, seed)).diagnosis
+    assert {finding.term for finding in found.findings} <= {"acceleration", "coulomb-friction"}
+    assert found.verdict == "explained"
+
+
 @pytest.mark.parametrize("dry", [True, False])
 def test_a_planner_that_runs_dry_behind_short_moves_makes_none_of_them_wait(dry, tmp_path):
     """It lacks the next move, the more the less the one before took: twelve moves were waits, "partly explained"."""

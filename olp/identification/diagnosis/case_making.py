@@ -49,7 +49,7 @@ from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, Re
 from olp.runtime.folder import DEFAULT_ZONES
 from olp.timing.accelerations import MotionLimits, constant_axes
 from olp.timing.physics._case import CornerPartners, MeasuredMoves, Rivals
-from olp.timing.physics._motion import ARCS, Motion, MoveCorners
+from olp.timing.physics._motion import Motion, MoveCorners
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
@@ -722,7 +722,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         tried += [whole(law, turning=law) for law in laws if not simulated.plain.any()]
         other = min(tried, key=lambda made: made.everywhere, default=best)
         best = other if other.everywhere < _NEARER * best.everywhere else best
-    if best.everywhere > _CORNERS_RIGHT and not times.own and best.motion.law in ARCS:
+    if best.everywhere > _CORNERS_RIGHT and not times.own and simulated.rounded.any():
         best = _resized(judged, simulated, best)
     if everywhere and pace.axes is None and best.straight.told and simulated.joint.any():
         joint, leading = simulated.joint, pace.leading[rows]

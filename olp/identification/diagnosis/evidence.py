@@ -33,7 +33,7 @@ from olp.identification.diagnosis.fitting import (
 from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interleaved, rms
 from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
-from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, remains_of
+from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, Remains, no_farther, remains_of
 from olp.identification.diagnosis.scatter import FEWEST_FAR, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import (
     NARROW,
@@ -481,8 +481,15 @@ def stamped(noise: Noise) -> Noise:
 
 def patterned(best: ModelFit, case: MeasuredMoves, noise: Noise) -> bool:
     """Whether a fit leaves more than scatter."""
-    left = case.measured - best.model.seconds(case)
-    return remains_of(whiten(left, stamped(noise), case), case, {}).structured
+    return remains_beside(best.model, case, noise, {}).structured
+
+
+def remains_beside(
+    model: DurationModel, case: MeasuredMoves, noise: Noise, groups: Mapping[str, NDArray[np.int64]]
+) -> Remains:
+    """What a model leaves, without what the recorder does to neighbours, looked at from every side."""
+    left = no_farther(case.measured - model.seconds(case))
+    return remains_of(whiten(left, stamped(noise), case), case, dict(groups))
 
 
 def uneven(best: ModelFit, case: MeasuredMoves, noise: Noise) -> bool:

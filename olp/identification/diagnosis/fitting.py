@@ -96,6 +96,13 @@ def whiten(values: Floats, noise: Noise, case: MeasuredMoves) -> Floats:
     return result
 
 
+def unlikely_in_order(left: Floats, order: float, case: MeasuredMoves) -> float:
+    """Minus the logarithm of the likelihood, less a constant, of what is left (n,) [s] where neighbours that share
+    their time stamps have a correlation `order`, from -1/2 to 0."""
+    gain = _whitener(order, case.follows)[0]  # what one of its products is, per value
+    return loss_of(whiten(left, Noise(0.0, order), case), _NOTHING)[0] - float(np.log(gain).sum())
+
+
 def _whitener(order: float, follows: NDArray[np.bool_]) -> Floats:
     """(k, n) of products that have variance one: what a row's own value counts, then, of `follows` (n,) right behind
     the row before: with order above 0 what the value before counts; below 0, for each power of two, what the product

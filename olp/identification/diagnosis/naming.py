@@ -18,10 +18,10 @@ from olp.identification.diagnosis.evidence import (
     cut,
     folds_for,
     noise_left,
+    remains_beside,
     selection,
-    stamped,
 )
-from olp.identification.diagnosis.fitting import ModelFit, Noise, fit, whiten
+from olp.identification.diagnosis.fitting import ModelFit, Noise, fit, unlikely_in_order
 from olp.identification.diagnosis.folds import Folds, kinds_of
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
@@ -111,8 +111,7 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     clean_folds = folds_for(best, range(len(best.model.parts)), clean, clean_folds)
     seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
-    left = clean.measured - best.model.seconds(clean)
-    remains = remains_of(whiten(left, stamped(noise), clean), clean, clean_groups)
+    remains = remains_beside(best.model, clean, noise, clean_groups)
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
     if (there := of_one_line(late, case)).any():
@@ -173,8 +172,7 @@ def nameless(named: NamingResult) -> NamingResult:
 
 
 def _with(named: NamingResult, best: ModelFit, gains: tuple[Gain, ...]) -> NamingResult:
-    left = named.clean.measured - best.model.seconds(named.clean)
-    remains = remains_of(whiten(left, stamped(named.noise), named.clean), named.clean, named.groups)
+    remains = remains_beside(best.model, named.clean, named.noise, named.groups)
     return named._replace(fit=best, gains=gains, remains=remains)
 
 
@@ -196,9 +194,15 @@ def _order(best: ModelFit, clean: MeasuredMoves) -> float:
     """Correlation between neighbours in what the best set leaves; 0 where they alternate, as no shared stamp does."""
     left = clean.measured - best.model.seconds(clean)
     order = remains_of(left, clean, {}).order
-    if order < _STAMPS - _BY_CHANCE / math.sqrt(len(left)):
+    if order < _STAMPS - _BY_CHANCE / math.sqrt(len(left)) or abs(order) <= 0.1:
         return 0.0
-    return float(np.clip(order, _LEAST_ORDER, _MOST_ORDER)) if abs(order) > 0.1 else 0.0
+    order = float(np.clip(order, _LEAST_ORDER, _MOST_ORDER))
+    # A few neighbours tell their correlation less surely than all moves do that every scatter is one of stamps.
+    return (
+        min((order, _LEAST_ORDER), key=lambda one: unlikely_in_order(left, one, clean))
+        if order < 0
+        else order
+    )
 
 
 def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:

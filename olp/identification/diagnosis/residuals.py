@@ -24,9 +24,11 @@ FALSE_DISCOVERIES = 0.05  # of the names, and of the moves that are called signi
 _SURE = 0.001  # that chance makes what a verdict alone rests on
 _FEWEST = 8
 _LAGS = 5
+_ORDER, _ORDERS = "previous move", "previous moves"  # what residuals go together with
 _GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
 _TURNS = 1e-4  # [rad | m] less is no turn of an axis
 _FINEST = 0.25  # of the recorder's resolution: residuals that differ by less are alike
+_FAR = 6.0  # times the scatter
 _MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
@@ -49,7 +51,8 @@ class Remains(NamedTuple):
 
 def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels]) -> Remains:
     """Looks at residuals (n,) [s] from every side."""
-    clipped = np.clip(residual, *np.quantile(residual, [0.005, 0.995])) if len(residual) > 50 else residual
+    clipped = no_farther(residual)
+    clipped = np.clip(clipped, *np.quantile(clipped, [0.005, 0.995])) if len(residual) > 50 else clipped
     told = _as_recorded(clipped, case.resolution)
     found = [
         *_by_order(clipped),
@@ -63,11 +66,23 @@ def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels])
         if look.p_value * (looks - rank) > LEVEL:
             break
         kept.append(look)
-    order = next((c.statistic for c in kept if c.column == "previous move"), 0.0)
+    order = next((c.statistic for c in kept if c.column == _ORDER), 0.0)
+    if not order and any(
+        c.column == _ORDERS for c in kept
+    ):  # of few moves, all that went before tell it more surely
+        order = min(next(c.statistic for c in found if c.column == _ORDER), 0.0)
     if any(c.column == "speed_mm_s" for c in kept):
         kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
     chance = min(found[0].p_value * looks, 1.0) if found else 1.0
     return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)), chance)
+
+
+def no_farther(residual: Floats) -> Floats:
+    """(n,) [s] residuals of which none is farther out than scatter goes: one move that is far off hides how neighbours
+    go together, and leaves echoes where what it foretells of the next ones is taken off."""
+    middle = float(np.median(residual)) if len(residual) else 0.0
+    reach = _FAR * 1.4826 * float(np.median(np.abs(residual - middle))) if len(residual) else 0.0
+    return np.clip(residual, middle - reach, middle + reach) if reach > 0 else residual
 
 
 def _as_recorded(residual: Floats, resolution: float) -> Floats:
@@ -131,12 +146,12 @@ def _by_order(residual: Floats) -> list[Correlate]:
     if power <= 0 or n < 3 * _FEWEST:
         return [mean]
     lag = float(centred[1:] @ centred[:-1]) / power
-    first = Correlate("previous move", lag, _two_sided(lag * math.sqrt(n)))
+    first = Correlate(_ORDER, lag, _two_sided(lag * math.sqrt(n)))
     ordered = ranks(residual) - (n + 1) / 2.0  # heavy tails: two far moves would be a pattern
     spread = float(ordered @ ordered)
     ranked = [float(ordered[k:] @ ordered[:-k]) / spread for k in range(1, _LAGS + 1)]
     together = n * (n + 2) * sum(r**2 / (n - k) for k, r in enumerate(ranked, 1))
-    box = Correlate("previous moves", math.sqrt(together / (n * _LAGS)), _chi_square(together, _LAGS))
+    box = Correlate(_ORDERS, math.sqrt(together / (n * _LAGS)), _chi_square(together, _LAGS))
     spectrum = np.abs(np.fft.rfft(centred)[1:]) ** 2
     peak = float(spectrum.max() / spectrum.sum())
     fisher = min(1.0, len(spectrum) * (1.0 - peak) ** (len(spectrum) - 1))
