@@ -4868,3 +4868,23 @@ def test_a_clock_is_compared_in_parentheses_in_tp():
     assert {"WAIT (TIMER[1]>0.5)", "IF (TIMER[1]>=1),JMP LBL[2]"} <= {
         row.partition(":")[2].strip(" ;") for row in text.splitlines()
     }
+
+
+@pytest.mark.parametrize("name", ["Foo", "foo"])
+def test_a_run_tells_routines_apart_whose_names_differ_in_case_alone(name):
+    rows = ("def Foo():", "  sleep(1.0)", "end", "def foo():", "  sleep(2.0)", "end", f"{name}()")
+    assert run(read(script(*rows), "urscript"), ROBOT).durations.tolist() == [{"Foo": 1.0, "foo": 2.0}[name]]
+
+
+@pytest.mark.parametrize("started", [False, True])
+def test_a_clock_that_is_set_to_0_and_started_by_nothing_here_is_told(started):
+    """On the source's controller it may run since another program started it; the new program's clock stands."""
+    rows = ["$TIMER[3]=0", *["$TIMER_STOP[3]=FALSE"] * started, "WAIT SEC 1", "IF $TIMER[3]>500 THEN", "HALT"]
+    told = [x for x in losses(krl(*rows, "ENDIF"), "krl", "tp") if "no statement here starts" in x.says]
+    assert len(told) == (not started)
+
+
+def test_a_signal_is_compared_with_its_other_state_in_inform():
+    """No job seen waits for what a signal is not."""
+    text = translated(krl("WAIT FOR $IN[5]<>FALSE", "WAIT FOR $IN[6]<>TRUE"), "krl", "inform")
+    assert {"WAIT IN#(5)=ON", "WAIT IN#(6)=OFF"} <= set(text.splitlines())

@@ -55,14 +55,16 @@ class Dispatcher:
 
 def main_routine(program: st.Program) -> st.Routine | None:
     """The routine that a controller starts: the one that the program names, else its first."""
-    named = (r for r in program.routines if program.main and r.name.casefold() == program.main.casefold())
-    return next(named, program.routines[0] if program.routines else None)
+    named = [r for r in program.routines if program.main and r.name.casefold() == program.main.casefold()]
+    named.sort(key=lambda r: r.name != program.main)  # first the one that is spelled so
+    return next(iter(named or program.routines), None)
 
 
 def begun_at(program: st.Program, name: str) -> st.Program:
     """The program as it is when a reader starts the routine `name`. Raises NoSuchRoutineError (I101)
     where it holds none."""
-    found = next((r.name for r in program.routines if r.name.casefold() == name.casefold()), None)
+    alike = [r.name for r in program.routines if r.name.casefold() == name.casefold()]
+    found = name if name in alike else next(iter(alike), None)
     if found is None:
         others = [r.name for r in program.routines]
         close = get_close_matches(name, others, 1)

@@ -19,7 +19,7 @@ from olp.ir import program as st
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.points import PointTable
 from olp.ir.transformer import expressions_of
-from olp.languages.vendor import Vendor, find_vendor
+from olp.languages.vendor import Vendor, find_vendor, vendor_names
 from olp.runtime.end_actions import with_end_actions
 from olp.runtime.folder import files_by_name_record, files_by_stem, lower_case_cached, read_cached
 from olp.runtime.memory import WHOLE, Scope
@@ -357,6 +357,9 @@ class Jobs:
     _own: dict[tuple[int, str], RunnableRoutine] = field(
         default_factory=dict
     )  # (source, name): a file's own routines win
+    # (source, name as it is spelled), where the language tells names apart by their case.
+    _spelled: dict[tuple[int, str], RunnableRoutine] = field(default_factory=dict)
+    _count: int = 0  # of routines met so far
     # Routines that another file has for itself: called only where no file shares one of the name.
     _private: dict[str, RunnableRoutine] = field(default_factory=dict)
     _read_files: set[Path] = field(default_factory=set)
@@ -375,12 +378,15 @@ class Jobs:
         if not self.program.routines:
             return None
         first = self.program.main or self.program.routines[0].name
+        if (spelled := self._spelled.get((0, first.strip()))) is not None:
+            return spelled
         return self._jobs.get(_key(first)) or self._jobs[_key(self.program.routines[0].name)]
 
     def find(self, name: str, source: int = 0) -> RunnableRoutine | None:
         """The routine called `name` by the file `source`, None when there is none in the program or its folder."""
         key = _key(name)
-        job = self._own.get((source, key)) or self._jobs.get(key)
+        spelled = self._spelled.get((source, name.strip()))
+        job = spelled or self._own.get((source, key)) or self._jobs.get(key)
         if job is None:
             self._read(key)
             job = self._jobs.get(key)
@@ -445,13 +451,17 @@ class Jobs:
         source = len(self.sources)
         self.sources.append(program.source)
         self.programs.append(program)
+        by_case = program.vendor in vendor_names() and find_vendor(program.vendor).case_sensitive
         for routine in program.routines:
             routine = with_raised(program, routine)
             body = with_end_actions(program.vendor, routine.body)
-            job = RunnableRoutine(program, routine, len(self._own), source, body, _points(routine))
+            job = RunnableRoutine(program, routine, self._count, source, body, _points(routine))
+            self._count += 1
             seen = self._jobs if routine.shared or source == 0 else self._private
             seen.setdefault(_key(routine.name), job)
             self._own.setdefault((source, _key(routine.name)), job)
+            if by_case:
+                self._spelled.setdefault((source, routine.name.strip()), job)
         if file_name and program.routines:
             self._jobs.setdefault(file_name, self._own[(source, _key(program.routines[0].name))])
 

@@ -74,12 +74,20 @@ def clocks(program: Program, work: TranslationContext) -> Program:
 
 
 def _tell_unset(program: Program, work: TranslationContext) -> None:
-    """Tells where a clock of the controller is read that nothing here starts or sets: another program does, there."""
+    """Tells where a clock of the controller is read that nothing here starts: another program does, there.
+
+    Setting it to 0 starts it only where clocks never stop.
+    """
     rows = [s for r in program.routines for _, s in work.look(r).rare]
-    set_here = {_key(_clock(s.target)) for s in rows if isinstance(s, Assign) and is_clock(s.target)}
+    sets = [s for s in rows if isinstance(s, Assign) and is_clock(s.target)]
+    started = {
+        _key(_clock(s.target))
+        for s in sets
+        if work.conventions.clocks_run or (s.target.name == RUNNING and s.value != ex.SignalState(False))
+    }
     for s in rows if work.source.vendor != work.target else ():
         read = (_clock(e) for e in _clocks_in(s) if not isinstance(s, Assign) or e is not s.target)
-        if any(type(clock) is ex.Number and _key(clock) not in set_here for clock in read):
+        if any(type(clock) is ex.Number and _key(clock) not in started for clock in read):
             work.lose(s, Fate.APPROXIMATED, "value", _UNSET)
 
 

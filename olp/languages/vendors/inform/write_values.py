@@ -169,6 +169,9 @@ class InformValues(Generator):
         # Jobs seen have neither a number nor a text there.
         if type(left) in _CONSTANTS and type(right) not in _CONSTANTS:
             left, operator, right = right, MIRRORED.get(operator, operator), left
+        if operator == "<>" and type(right) is ex.SignalState and not self.own:
+            # Jobs seen compare a signal's state with = alone.
+            operator, right = "=", ex.SignalState(not right.on)
         return f"{self.value(left)}{operator}{self.value(right)}"
 
     # --- numbers with units -----------------------------------------------------------------------------
