@@ -4888,3 +4888,14 @@ def test_a_signal_is_compared_with_its_other_state_in_inform():
     """No job seen waits for what a signal is not."""
     text = translated(krl("WAIT FOR $IN[5]<>FALSE", "WAIT FOR $IN[6]<>TRUE"), "krl", "inform")
     assert {"WAIT IN#(5)=ON", "WAIT IN#(6)=OFF"} <= set(text.splitlines())
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "krl", "rapid"])
+@pytest.mark.parametrize("first", ["False", "0"])
+def test_a_function_that_returns_numbers_beside_something_narrower_is_one_of_numbers(first, target):
+    """The first value's type was taken: 250.4 became TRUE beside False and 250 beside 0, "all exact"."""
+    rows = ("def size(q):", "  if (q == 1):", f"    return {first}", "  end", "  return 250.4", "end")
+    rows += ("if (size(2) > 250.2):", "  set_standard_digital_out(1, True)", "end")
+    rows += ("if (size(1) == False):", "  set_standard_digital_out(2, True)", "end")
+    plan = run_elsewhere(script(*rows), "urscript", target)
+    assert list(plan.kind).count(StepKind.SIGNAL) == 2

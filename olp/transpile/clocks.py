@@ -79,16 +79,20 @@ def _tell_unset(program: Program, work: TranslationContext) -> None:
     Setting it to 0 starts it only where clocks never stop.
     """
     rows = [s for r in program.routines for _, s in work.look(r).rare]
-    sets = [s for s in rows if isinstance(s, Assign) and is_clock(s.target)]
+    runs = work.conventions.clocks_run
     started = {
         _key(_clock(s.target))
-        for s in sets
-        if work.conventions.clocks_run or (s.target.name == RUNNING and s.value != ex.SignalState(False))
+        for s in rows
+        if isinstance(s, Assign) and is_clock(s.target) and (runs or _may_start(s.target, s.value))
     }
     for s in rows if work.source.vendor != work.target else ():
         read = (_clock(e) for e in _clocks_in(s) if not isinstance(s, Assign) or e is not s.target)
         if any(type(clock) is ex.Number and _key(clock) not in started for clock in read):
             work.lose(s, Fate.APPROXIMATED, "value", _UNSET)
+
+
+def _may_start(clock: ex.SystemValue | ex.Function, value: ex.Expression) -> bool:
+    return clock.name == RUNNING and value != ex.SignalState(False)
 
 
 def _clocks_in(s: Statement) -> list[ex.SystemValue | ex.Function]:

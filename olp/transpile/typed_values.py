@@ -204,6 +204,8 @@ class _Typing:
             return [replace(s, value=ex.Compare("=", s.value, ex.SignalState(True)))]
         if wanted == "boolean" and given in _NUMBERS:
             return [replace(s, value=_not_zero(s.value))]
+        if wanted in _NUMBERS and type(s.value) is ex.SignalState:
+            return [replace(s, value=ex.Number(int(s.value.on)))]
         if wanted in _NUMBERS and given == "boolean":
             test = (
                 s.value

@@ -253,6 +253,7 @@ class Outliner:
 
 _ROUNDS = 3  # a type passes from a value to a name, from a name to a parameter, and on
 _NAMELESS = frozenset({Literal, PlainPose})
+_NUMBERS = frozenset({"integer", "real"})
 _COMPARISONS = frozenset({"==", "!=", "<", ">", "<=", ">=", "and", "or", "xor"})
 
 
@@ -398,9 +399,10 @@ class UrscriptNames:
                 if default is not None:
                     changed |= _widen(facts.types, name, self.infer(part, default, name in facts.joints))
             for value in facts.results:
-                if not facts.result:
-                    facts.result = self.infer(part, value)
-                    changed |= bool(facts.result)
+                found = self.infer(part, value)
+                if _is_wider(facts.result, found) or (facts.result == "boolean" and found in _NUMBERS):
+                    facts.result = found  # a number holds a state, too, as 1 or 0
+                    changed = True
             for called, arguments in facts.calls:
                 target = self.of(called)
                 for name, value in _bound(called, arguments):
@@ -489,19 +491,21 @@ def _element(base: str, indices: int) -> str:
 
 def _widen(types: dict[str, str], name: str, type_: str) -> bool:
     """A name that holds values of two types has the wider one, where one is; whether that is new."""
-    known = types.get(name, "")
-    if known == type_:
+    if not _is_wider(types.get(name, ""), type_):
         return False
+    types[name] = type_
+    return True
+
+
+def _is_wider(known: str, type_: str) -> bool:
+    """Whether what holds values of the type `known` holds those of `type_`, too, if it has that type."""
     wider = {
-        "": True,
+        "": type_ != "",
         "integer": type_ == "real",
         "list": type_.startswith("list:"),
         "list:integer": type_ == "list:real",
     }
-    if not wider.get(known, False):
-        return False
-    types[name] = type_
-    return True
+    return wider.get(known, False)
 
 
 def _gather(part: UrscriptPart) -> Facts:
