@@ -97,6 +97,7 @@ _BUILT_UP = (
 _ONE_TIME = 0.02  # of a time: times of lines and joint moves that differ by no more are one
 _SPARE = 8.0  # times what its ramp takes, of a drive that the controller's shortest ramp leaves idle
 _PLACES = 5  # decimals of metres in which ways are alike
+_TELLING_RAMP = 0.01  # [s] digits hide what acceleration a shorter one has
 _ODD_LINES = 0.1  # of the lines may have a time that the limits of slides do not tell
 _ASKED_OF_SLIDES = 0.5  # [1] of the tool's acceleration, the least that a slide has
 _SLIDES = ((2,), (0,), (1,), (0, 2), (1, 2), (0, 1))  # that may be weaker; often the lifting one is
@@ -688,12 +689,12 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         np.zeros(len(rows)) if pace.turn is None else pace.turn[rows],
         _headings(moves)[rows],
     )
-    likely, everywhere = [SimulatedRamps()], False
+    likely, everywhere, said = [SimulatedRamps()], False, tuple[str, ...]()
     laws = likely
     if not times.own and (slides := _slides_of(simulated)) is not None:
-        law, slow = slides
-        simulated = simulated._replace(slow=np.where(simulated.lines, slow, simulated.slow))
-        likely = laws = [law]
+        simulated = simulated._replace(slow=np.where(simulated.lines, slides.slow, simulated.slow))
+        likely, said = [slides.law], (slides.says,)
+        laws = likely
     elif not times.own:
         likely, everywhere = _laws_of_lines(simulated, ends.rounded_from(blend)[rows], blend[rows])
         laws = [_timed(law, simulated) for law in likely]
@@ -731,7 +732,7 @@ def _base(judged: _Judged) -> _SimulatedMotion:
         alike, unlike = (_unlike(made.motion.accelerate[joint], leading[joint]) for made in (other, best))
         near = other.everywhere <= max(best.everywhere, _CORNERS_RIGHT)
         best = other if near and alike < _NEARER * unlike else best
-    return best
+    return best._replace(notes=(*best.notes, *said))
 
 
 def _built_up(
@@ -879,10 +880,30 @@ class _SimulatedRows(NamedTuple):
         return np.asarray(self.lines & ~self.plain)
 
 
-def _slides_of(simulated: _SimulatedRows) -> tuple[SimulatedRamps, Floats] | None:
-    """The law of the ramps of lines and the accelerations (n,) [m/s²] of each, where slides of a gantry limit them: the
-    least of the tool's and of what each axis of the frame lets, as lines between stops tell; None where accelerations
-    are written, or no slide limits any."""
+class _Slides(NamedTuple):
+    """What the slides of a simulated gantry let lines have."""
+
+    law: SimulatedRamps  # of the ramps of lines
+    slow: Floats  # (n,) [m/s²] accelerations
+    limits: (
+        Floats  # (4,) [m/s²] of the tool, and along each axis of the frame, inf where a slide limits nothing
+    )
+
+    @property
+    def says(self) -> str:
+        """One sentence for the reader."""
+        tool, *slides = self.limits.tolist()
+        along = [
+            f"{a:.3g} m/s² along {axis}" for axis, a in zip("xyz", slides, strict=True) if math.isfinite(a)
+        ]
+        all_ways = [f"{tool:.3g} m/s² in all directions"] if math.isfinite(tool) else []
+        most = phrasing.listed([*along, *all_ways])
+        return f"simulated lines accelerate by {most} at most, as on a gantry: findings are relative to that"
+
+
+def _slides_of(simulated: _SimulatedRows) -> _Slides | None:
+    """The law of lines whose accelerations are the least of the tool's and of what each axis of the frame lets, as
+    those between stops tell; None where accelerations are written, or no slide limits any."""
     way, speed, slow, sim = simulated[:4]
     told = (
         simulated.steady & (way > 0) & np.isfinite(simulated.heading).all(axis=1) & np.isfinite(sim + speed)
@@ -898,9 +919,14 @@ def _slides_of(simulated: _SimulatedRows) -> tuple[SimulatedRamps, Floats] | Non
     if found is None or not np.isfinite(found.accelerations[1:]).any():
         return None
     law = SimulatedRamps(build=found.built, stop=found.beside, shortest=found.shortest)
-    slow = (found.accelerations / np.maximum(shares, 1e-9)).min(axis=1)
-    off = of_their_own(way[rows], speed[rows], sim[rows] - law.stop, slow[rows], law, last_digit(sim[rows]))
-    return (law, slow) if off.mean() < _ODD_LINES else None
+    limits, here = found.accelerations.copy(), (way[rows], speed[rows], sim[rows] - law.stop)
+    if not math.isfinite(limits[0]):  # too few lines have the tool's for others to confirm it
+        own = law.slow(way, speed, sim - law.stop)[0]
+        sure = simulated.plain & (own < speed / _TELLING_RAMP)
+        limits[0] = float(own[sure].max()) if sure.any() else math.inf
+    slow = (limits / np.maximum(shares, 1e-9)).min(axis=1)
+    off = of_their_own(*here, slow[rows], law, last_digit(sim[rows]))
+    return _Slides(law, slow, limits) if off.mean() < _ODD_LINES else None
 
 
 def _laws_of_lines(
@@ -1499,8 +1525,9 @@ def _turn(moves: RecordedMoves) -> Floats:
 
 
 def _headings(moves: RecordedMoves) -> Floats:
-    """(n, 3) [1] the size of each move's direction along the axes of the frame; nan where its points are not known."""
-    way = np.abs(moves.end - moves.start)
+    """(n, 3) [1] the size of each line's direction along the axes of the frame; nan of other moves, and where points
+    are not known."""
+    way = np.where((moves.kind == LINEAR)[:, None], np.abs(moves.end - moves.start), np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(way / np.linalg.norm(way, axis=1)[:, None])
 

@@ -488,7 +488,7 @@ def remains_beside(
     model: DurationModel, case: MeasuredMoves, noise: Noise, groups: Mapping[str, NDArray[np.int64]]
 ) -> Remains:
     """What a model leaves, without what the recorder does to neighbours, looked at from every side."""
-    left = no_farther(case.measured - model.seconds(case))
+    left = no_farther(case.measured - model.seconds(case), case.resolution)
     return remains_of(whiten(left, stamped(noise), case), case, dict(groups))
 
 

@@ -54,6 +54,7 @@ Labels = NDArray[np.int64]
 
 _ROUNDS = 2  # of search and setting waits apart
 _STAMPS = -0.5  # correlation of neighbours that share their time stamps
+_ORDERS = (-0.49, -0.45, -0.4, -0.3)  # of neighbours that share their stamps
 _LEAST_ORDER, _MOST_ORDER = -0.49, 0.95  # of the correlation of neighbours
 _BY_CHANCE = 3.3  # standard deviations that chance passes in one of two thousand recordings
 
@@ -197,12 +198,11 @@ def _order(best: ModelFit, clean: MeasuredMoves) -> float:
     if order < _STAMPS - _BY_CHANCE / math.sqrt(len(left)) or abs(order) <= 0.1:
         return 0.0
     order = float(np.clip(order, _LEAST_ORDER, _MOST_ORDER))
-    # A few neighbours tell their correlation less surely than all moves do that every scatter is one of stamps.
-    return (
-        min((order, _LEAST_ORDER), key=lambda one: unlikely_in_order(left, one, clean))
-        if order < 0
-        else order
-    )
+    if order > 0.0:
+        return order
+    # Neighbours tell their correlation less surely than all moves do that scatter is of stamps alone, or that one far
+    # move would echo for long.
+    return min((order, *_ORDERS), key=lambda one: unlikely_in_order(left, one, clean))
 
 
 def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:

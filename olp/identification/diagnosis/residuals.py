@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.result import Correlate
-from olp.identification.diagnosis.scatter import f_tail, neighbours
+from olp.identification.diagnosis.scatter import f_tail, far_out, neighbours
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -24,11 +24,11 @@ FALSE_DISCOVERIES = 0.05  # of the names, and of the moves that are called signi
 _SURE = 0.001  # that chance makes what a verdict alone rests on
 _FEWEST = 8
 _LAGS = 5
+_SHARED = -0.25  # correlation of neighbours of whose scatter half is of stamps that they share
 _ORDER, _ORDERS = "previous move", "previous moves"  # what residuals go together with
 _GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
 _TURNS = 1e-4  # [rad | m] less is no turn of an axis
 _FINEST = 0.25  # of the recorder's resolution: residuals that differ by less are alike
-_FAR = 6.0  # times the scatter
 _MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
@@ -51,7 +51,7 @@ class Remains(NamedTuple):
 
 def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels]) -> Remains:
     """Looks at residuals (n,) [s] from every side."""
-    clipped = no_farther(residual)
+    clipped = no_farther(residual, case.resolution)
     clipped = np.clip(clipped, *np.quantile(clipped, [0.005, 0.995])) if len(residual) > 50 else clipped
     told = _as_recorded(clipped, case.resolution)
     found = [
@@ -67,22 +67,26 @@ def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels])
             break
         kept.append(look)
     order = next((c.statistic for c in kept if c.column == _ORDER), 0.0)
-    if not order and any(
-        c.column == _ORDERS for c in kept
-    ):  # of few moves, all that went before tell it more surely
-        order = min(next(c.statistic for c in found if c.column == _ORDER), 0.0)
+    if not order and any(c.column == _ORDERS for c in kept):
+        # Of few moves, all that went before tell it more surely.
+        lag = next(c.statistic for c in found if c.column == _ORDER)
+        order = lag if lag < _SHARED else 0.0
     if any(c.column == "speed_mm_s" for c in kept):
         kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
     chance = min(found[0].p_value * looks, 1.0) if found else 1.0
     return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)), chance)
 
 
-def no_farther(residual: Floats) -> Floats:
+def no_farther(residual: Floats, resolution: float) -> Floats:
     """(n,) [s] residuals of which none is farther out than scatter goes: one move that is far off hides how neighbours
-    go together, and leaves echoes where what it foretells of the next ones is taken off."""
+    go together, and leaves echoes where what it foretells of the next ones is taken off. `resolution` [s]: digits make
+    the middle nought where most values are equal."""
     middle = float(np.median(residual)) if len(residual) else 0.0
-    reach = _FAR * 1.4826 * float(np.median(np.abs(residual - middle))) if len(residual) else 0.0
-    return np.clip(residual, middle - reach, middle + reach) if reach > 0 else residual
+    far = far_out(residual - middle, resolution)
+    if not far.any():
+        return residual
+    reach = float(np.abs(residual - middle)[~far].max(initial=0.0))
+    return np.clip(residual, middle - reach, middle + reach)
 
 
 def _as_recorded(residual: Floats, resolution: float) -> Floats:

@@ -324,6 +324,7 @@ def _chosen_by_the_motion(
     One look per programmed move, by ranks (H. Mann, D. Whitney, Annals of Mathematical Statistics 18, 1947).
     """
     one = np.arange(len(case)) if among is None else np.flatnonzero(among)
+    columns = [*_of_the_motion(late, case), corrected]
     if len(case.repeats) == len(case):
         late = np.isin(case.repeats, case.repeats[late if among is None else late & among])
         one = one[np.unique(case.repeats[one], return_index=True)[1]]
@@ -331,7 +332,6 @@ def _chosen_by_the_motion(
     few, many = int(late.sum()), int((~late).sum())
     if few < _KINDS or many < _KINDS:
         return False
-    columns = [*_of_the_motion(case), corrected]
     for column in columns:
         values = column[one]
         if not np.isfinite(values).all() or np.ptp(values) <= 0:
@@ -358,13 +358,16 @@ def _as_many_by_chance(late: Mask, inside: Mask) -> float:
     )
 
 
-def _of_the_motion(case: MeasuredMoves) -> tuple[Floats, ...]:
-    """(n,) each: what a move is like, and how long the one before it takes: a planner that runs dry is no wait."""
-    before = np.where(case.follows, np.roll(case.simulated, 1), np.median(case.simulated))
+def _of_the_motion(late: Mask, case: MeasuredMoves) -> tuple[Floats, ...]:
+    """(n,) each: what a move is like, and how long the one before it takes, as a planner that runs dry is no wait; but
+    where all `late` moves (n,) come from one line, they come behind another."""
     turned = np.nan_to_num(case.turn) / np.maximum(case.base.way, 1e-6)
     reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
     loads = (case.payload, case.payload_inertia)
-    return (case.rise, case.base.way, case.base.speed, case.turn, turned, before, *loads, *reaches)
+    columns = (case.rise, case.base.way, case.base.speed, case.turn, turned, *loads, *reaches)
+    if of_one_line(late, case).any():
+        return columns
+    return *columns, np.where(case.follows, np.roll(case.simulated, 1), np.median(case.simulated))
 
 
 def _with_the_motion(
@@ -374,7 +377,7 @@ def _with_the_motion(
     as these do: a wait does not know how long, fast or loaded the move is. One look per property that differs between
     the late moves."""
     waits = residual[late]
-    columns = [column[late] for column in (case.simulated, *_of_the_motion(case), *more)]
+    columns = [column[late] for column in (case.simulated, *_of_the_motion(late, case), *more)]
     columns = [column for column in columns if np.isfinite(column).all() and np.ptp(column) > 0]
     together = max((abs(rank_correlation(waits, column)) for column in columns), default=0.0)
     return 2.0 * _tail(together, len(waits)) * len(columns)
