@@ -16,6 +16,7 @@ from olp.core.source import decode, load
 from olp.fluent import read_source
 from olp.robots.robot import load_robot
 from olp.runtime.assumptions import NAMED_SIGNAL, Assumptions, SignalKey
+from olp.runtime.dispatch import begun_at
 from olp.runtime.interpreter import run
 from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile import Context
@@ -4873,7 +4874,18 @@ def test_a_clock_is_compared_in_parentheses_in_tp():
 @pytest.mark.parametrize("name", ["Foo", "foo"])
 def test_a_run_tells_routines_apart_whose_names_differ_in_case_alone(name):
     rows = ("def Foo():", "  sleep(1.0)", "end", "def foo():", "  sleep(2.0)", "end", f"{name}()")
-    assert run(read(script(*rows), "urscript"), ROBOT).durations.tolist() == [{"Foo": 1.0, "foo": 2.0}[name]]
+    source = decode(
+        script(*rows).encode(), "part.script"
+    )  # as it is timed, not as `read` links it for a translation
+    plan = run(read_source(source, vendor="urscript"), ROBOT)
+    assert plan.durations.tolist() == [{"Foo": 1.0, "foo": 2.0}[name]]
+
+
+def test_the_routine_that_is_asked_for_is_the_one_that_is_spelled_so():
+    rows = ("def Foo():", "  sleep(1.0)", "end", "def foo():", "  sleep(2.0)", "end")
+    program = read_source(decode("\n".join(rows).encode(), "part.script"), vendor="urscript")
+    for name, seconds in (("Foo", 1.0), ("foo", 2.0)):
+        assert run(begun_at(program, name), ROBOT).durations.tolist() == [seconds]
 
 
 @pytest.mark.parametrize("started", [False, True])
