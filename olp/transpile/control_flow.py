@@ -209,6 +209,7 @@ class _Target:
     routine: st.Routine
     counters: _Counters
     labels: set[str]
+    read_outside: dict[Expression, bool] = field(default_factory=dict)  # by variable, see _is_read_outside
     declared: list[st.Declare] = field(default_factory=list)
 
     def label(self) -> str:
@@ -468,16 +469,10 @@ class _Target:
 
     def _is_used_outside(self, head: st.For) -> bool:
         """Whether the loop's variable is read or written outside of the loops that count it."""
-        depth = 0
-        for s in self.routine.body:
-            if isinstance(s, st.For) and s.variable == head.variable:
-                depth += 1
-            elif isinstance(s, LOOPS):
-                depth += depth > 0
-            elif type(s).__name__ in ("EndWhile", "Next", "Until"):
-                depth -= depth > 0
-            elif depth == 0 and not isinstance(s, st.Declare) and head.variable in expressions_of(s):
-                return True
+        if head.variable not in self.read_outside:  # many loops of a routine count the same variable
+            self.read_outside[head.variable] = self._is_read_outside(head.variable)
+        if self.read_outside[head.variable]:
+            return True
         local = any(
             isinstance(s, st.Declare) and s.name == getattr(head.variable, "name", "")
             for s in self.routine.body
@@ -486,6 +481,20 @@ class _Target:
         read = self.work.missing and getattr(head.variable, "name", "") in self.work.registers
         others = read or self.counters.named_in(head.variable) - {self.routine.name}
         return not local and bool(others)
+
+    def _is_read_outside(self, variable: Expression) -> bool:
+        """Whether statements of the routine itself name the variable outside of the loops that count it."""
+        depth = 0
+        for s in self.routine.body:
+            if isinstance(s, st.For) and s.variable == variable:
+                depth += 1
+            elif isinstance(s, LOOPS):
+                depth += depth > 0
+            elif type(s).__name__ in ("EndWhile", "Next", "Until"):
+                depth -= depth > 0
+            elif depth == 0 and not isinstance(s, st.Declare) and variable in expressions_of(s):
+                return True
+        return False
 
 
 def _named_in(value: object) -> set[str]:
