@@ -27,6 +27,9 @@ class Moves(SimpleNamespace):
     def __len__(self):
         return len(self.start)
 
+    def once(self, _name, make):
+        return make()
+
 
 def moves(count=150, repeats=1, seed=3):
     """Moves between random points; every one `repeats` times, cycle by cycle."""

@@ -200,7 +200,7 @@ def _by_neighbours(residual: Floats, case: MeasuredMoves) -> list[Correlate]:
     """
     one, means = _programmed(residual, case)
     found = []
-    for name, near in neighbours(case.take(one)).items():
+    for name, near in neighbours(case.fold(one)).items():
         known = near >= 0
         if known.sum() < 3 * _FEWEST:
             continue

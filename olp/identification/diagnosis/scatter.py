@@ -29,6 +29,7 @@ _PATTERN = 0.8  # times what remains: neighbours that differ by less show a patt
 _STEP = 3.0  # standard deviations of a difference: what is farther is a step
 _SURELY = 3.3  # standard deviations, that chance passes in one of two thousand recordings
 _APART = 2.0  # times the clock's digits
+_SIDES = ("direction", "length and speed", "place", "start", "end")  # from which moves can be alike
 FEWEST_FAR = 3  # moves far out: one or two are too few to tell a cause
 _FAR = 6.0  # standard deviations of the middle: what is farther is no scatter
 
@@ -194,6 +195,11 @@ def neighbours(case: MeasuredMoves) -> dict[str, NDArray[np.intp]]:
 
     Repeats of one move are no neighbours of it: only what was programmed otherwise tells of a pattern.
     """
+    rows = case.once("most like each", lambda: np.stack(list(_neighbours(case).values())).astype(np.float64))
+    return {name: near.astype(np.intp) for name, near in zip(_SIDES, rows, strict=True)}
+
+
+def _neighbours(case: MeasuredMoves) -> dict[str, NDArray[np.intp]]:
     labels = case.repeats if len(case.repeats) == len(case) else np.arange(len(case))
     way = case.end - case.start
     length = np.linalg.norm(way, axis=1)
@@ -207,7 +213,7 @@ def neighbours(case: MeasuredMoves) -> dict[str, NDArray[np.intp]]:
         "start": case.start,
         "end": case.end,
     }
-    return {name: _nearest(columns, labels, case.moving) for name, columns in sides.items()}
+    return {name: _nearest(sides[name], labels, case.moving) for name in _SIDES}
 
 
 def _nearest(columns: Floats, labels: Labels, moving: NDArray[np.bool_]) -> NDArray[np.intp]:
